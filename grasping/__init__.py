@@ -25,7 +25,7 @@ from .robot import Robot, RobotReading
 if TYPE_CHECKING:
     from .cell import Cell, CycleInfo
     from .clearing import ClearOptions, clear_table, observe
-    from .depth_correction import DepthCorrection, correct_depth
+    from .depth_correction import CORRECTED_SCALE_ERROR, DepthCorrection, correct_depth
     from .grasp_selection import FailedGrasps, select_grasp
     from .jaws import Grasp, GraspList, JawOptions, plan_grasps
     from .motion import execute
@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from .tray import Tray
 
 __all__ = [
+    "CORRECTED_SCALE_ERROR",
     "Approach",
     "ApproachTask",
     "Cell",
@@ -76,6 +77,7 @@ __all__ = [
 ]
 
 _LAZY = {
+    "CORRECTED_SCALE_ERROR": "depth_correction",
     "DepthCorrection": "depth_correction",
     "Grasp": "jaws",
     "GraspList": "jaws",

@@ -25,6 +25,9 @@ MIN_TILT = np.radians(0.1)
 MIN_HEIGHT = 0.05
 """Minimum height of the camera above the support, m. A lower one does not determine the scale."""
 
+CORRECTED_SCALE_ERROR = 0.005
+"""Standard deviation of the scale that remains after the correction, a share of the distance."""
+
 
 @dataclass(frozen=True)
 class DepthCorrection:

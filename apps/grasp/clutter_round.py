@@ -36,7 +36,13 @@ from eyehand.data_synth.cell import (
 from eyehand.data_synth.render import add_dex_noise, open_renderer
 from eyehand.data_synth.scenes import read_piece_objects
 from eyehand.errors import InputError
-from eyehand.grasping import JawOptions, correct_depth, load_hand, plan_grasps
+from eyehand.grasping import (
+    CORRECTED_SCALE_ERROR,
+    JawOptions,
+    correct_depth,
+    load_hand,
+    plan_grasps,
+)
 from eyehand.perception import DepthFrame, perceive
 
 from .grasp_failure import failure_cause, is_heavy, segment_truth
@@ -54,8 +60,6 @@ MAX_FAILURES = 2
 """Number of successive failures that ends a round."""
 FORCE = 20.0
 """Closing force of each finger, N, as in the original."""
-KNOWN_SCALE_ERROR = 0.005
-"""Error of the depth scale that the planner expects after the correction, a share of the distance."""
 TABLE_HEIGHT = 0.0
 """Height of the table in the world, m."""
 
@@ -217,7 +221,7 @@ def _options(settings: ClutterTrial, failed: tuple[Grasp, ...]) -> JawOptions:
     options = JawOptions(full_opening=True, failed=failed)
     error = settings.depth_error
     if error is None:
-        error = KNOWN_SCALE_ERROR if settings.known_table else options.depth_error
+        error = CORRECTED_SCALE_ERROR if settings.known_table else options.depth_error
     return replace(options, depth_error=error)
 
 

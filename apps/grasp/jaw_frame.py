@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from scipy.spatial.transform import RigidTransform
 
 from eyehand.errors import InputError
-from eyehand.grasping import correct_depth, plan_grasps
+from eyehand.grasping import CORRECTED_SCALE_ERROR, correct_depth, plan_grasps
 from eyehand.perception import perceive
 
 if TYPE_CHECKING:
@@ -110,6 +110,7 @@ def grasp_frame(
         frame, correction = correct_depth(frame, table_height)
         if not correction:
             raise InputError(f"--table-height {table_height:g} does not fit: {correction.reason}")
+        options = replace(options, depth_error=CORRECTED_SCALE_ERROR)
     seconds = time.perf_counter() - began
     scene = perceive(frame)
     grasps = plan_grasps(scene, hand, options)

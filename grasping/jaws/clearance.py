@@ -8,22 +8,28 @@ import numpy as np
 
 from .grasp import APPROACH
 from .kernels import clearances
+from .point_blocks import point_blocks
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
-    from eyehand.perception import Scene, SupportPlane
+    from eyehand.perception import Scene, SupportPlane, Wall
 
     from ..hands import ParallelHand
     from .candidates import Candidates
+    from .point_blocks import PointBlocks
     from .surface_model import ObjectSurface
 
-WALL_SPACING = 0.008
+WALL_SPACING = 0.004
 """Distance between the points that stand for a container's wall, m."""
-MAX_POINTS = 3000
-"""Maximum number of points that are tested. More are thinned."""
+WALL_LAYERS = (0.0, 0.004, 0.008)
+"""Depths of these points behind the inner face, m, as far as the wall is thick. A finger behind a
+single layer would not be noticed."""
+COARSE_RANK, FULL_RANK = 3, 5
+"""Number of the distance that counts, from the smallest. Averaged points are less noisy than
+readings."""
 
 
 def lift_above(
@@ -46,35 +52,36 @@ def lowest_height(
     return low.sum(axis=2).min(axis=1) + support.height(candidates.tip)
 
 
-def scene_points(
-    surfaces: Sequence[ObjectSurface], scene: Scene
-) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Return all points that the hand must not touch, (N, 3), m, and the index of their object.
+def coarse_points(surfaces: Sequence[ObjectSurface], scene: Scene) -> PointBlocks:
+    """Return averaged readings, surfaces of solids, and what belongs to no object."""
+    groups = [surface.points for surface in surfaces]
+    return _with_background(groups, surfaces, scene)
 
-    They are the measured points of the objects, the surfaces of their solids, the walls of
-    containers and the regions without readings. The last two have the index -1.
-    """
-    points = [surface.points for surface in surfaces]
-    labels = [np.full(len(one), number, np.int64) for number, one in enumerate(points)]
+
+def all_points(surfaces: Sequence[ObjectSurface], scene: Scene) -> PointBlocks:
+    """Return all readings of the objects, and what belongs to no object."""
+    points = {item.label: item.points for item in scene.objects}
+    groups = [points[surface.label] for surface in surfaces]
+    return _with_background(groups, surfaces, scene)
+
+
+def _with_background(
+    groups: list[NDArray[np.float64]], surfaces: Sequence[ObjectSurface], scene: Scene
+) -> PointBlocks:
+    """Add other objects, walls of containers and regions without readings, with the label -1."""
     known = {surface.label for surface in surfaces}
-    rest = [item.points[::5] for item in scene.objects if item.label not in known]
+    rest = [item.points for item in scene.objects if item.label not in known]
     rest += [_wall_points(wall) for one in scene.containers for wall in one.walls]
     rest += [region.corners for region in scene.unknown]
-    points += rest
-    labels += [np.full(len(one), -1, np.int64) for one in rest]
-    if not points:
-        return np.zeros((0, 3)), np.zeros(0, np.int64)
-    cloud, label = np.concatenate(points), np.concatenate(labels)
-    step = -(-len(cloud) // MAX_POINTS)
-    return np.ascontiguousarray(cloud[::step]), np.ascontiguousarray(label[::step])
+    return point_blocks([*groups, *rest], [*range(len(groups)), *[-1] * len(rest)])
 
 
 def hand_clearances(
     candidates: Candidates,
     opening: NDArray[np.float64],
-    points: NDArray[np.float64],
-    labels: NDArray[np.int64],
+    blocks: PointBlocks,
     hand: ParallelHand,
+    rank: int = COARSE_RANK,
 ) -> NDArray[np.float64]:
     """Return the clearance from the own object and from others, (n, 2), m; see `.kernels`.
 
@@ -84,10 +91,12 @@ def hand_clearances(
         Candidates.
     opening
         Distance between the pads, (n,), m.
-    points, labels
-        Points from :func:`scene_points`.
+    blocks
+        Points from :func:`coarse_points` or :func:`all_points`.
     hand
         The hand.
+    rank
+        Number of the distance that counts, from the smallest.
     """
     finger = np.array([[box.low, box.high] for box in hand.finger_boxes])
     return clearances(
@@ -95,19 +104,25 @@ def hand_clearances(
         candidates.tip,
         0.5 * opening,
         candidates.object,
-        points,
-        labels,
+        blocks.points,
+        (blocks.blocks.start, blocks.blocks.centre, blocks.blocks.radius),
+        (blocks.groups.start, blocks.groups.centre, blocks.groups.radius),
+        blocks.label,
         finger,
         hand.fixed_boxes(),
         APPROACH,
+        rank,
     )
 
 
-def _wall_points(wall: object) -> NDArray[np.float64]:
-    """Return a grid of points on the inner face of a container's wall, (N, 3), m."""
-    corners = np.asarray(wall.corners, dtype=np.float64)  # pyright: ignore[reportAttributeAccessIssue]
+def _wall_points(wall: Wall) -> NDArray[np.float64]:
+    """Return a grid of points on the inner face of a container's wall and behind it, (N, 3), m."""
+    corners = wall.corners
     along, up = corners[1] - corners[0], corners[3] - corners[0]
     n = max(int(np.linalg.norm(along) / WALL_SPACING), 1) + 1
     m = max(int(np.linalg.norm(up) / WALL_SPACING), 1) + 1
     u, v = np.meshgrid(np.linspace(0.0, 1.0, n), np.linspace(0.0, 1.0, m))
-    return corners[0] + u.reshape(-1, 1) * along + v.reshape(-1, 1) * up
+    face = corners[0] + u.reshape(-1, 1) * along + v.reshape(-1, 1) * up
+    outwards = wall.axes[1]
+    layers = [depth for depth in WALL_LAYERS if depth <= wall.thickness or depth == 0.0]
+    return np.concatenate([face + depth * outwards for depth in layers])

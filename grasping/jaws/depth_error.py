@@ -8,7 +8,7 @@ import numpy as np
 from scipy.special import expit, ndtr
 
 from .candidates import Candidates
-from .clearance import hand_clearances, lowest_height, scene_points
+from .clearance import hand_clearances, lowest_height
 from .contacts import pad_contacts
 from .grasp import APPROACH
 from .scoring import (
@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 
     from ..hands import ParallelHand
     from .options import JawOptions
+    from .point_blocks import PointBlocks
     from .scored import ScoredCandidates
     from .surface_model import ObjectSurface
 
@@ -44,6 +45,7 @@ TABLE_TERM = 0.5
 def depth_error_term(
     scored: ScoredCandidates,
     surfaces: Sequence[ObjectSurface],
+    blocks: PointBlocks,
     scene: Scene,
     hand: ParallelHand,
     options: JawOptions,
@@ -55,7 +57,6 @@ def depth_error_term(
     """
     if options.depth_error <= 0.0 or len(scored.candidates) == 0:
         return np.ones(len(scored.candidates))
-    points, labels = scene_points(surfaces, scene)
     sight = scored.candidates.tip - scene.view_origin
     terms = scored.terms
     nominal = terms["friction"] * terms["overlap"] * terms["own_clearance"] * terms["clearance"]
@@ -63,7 +64,7 @@ def depth_error_term(
     for sigma in SIGMAS:
         tip = scored.candidates.tip + sigma * options.depth_error * sight
         moved = Candidates(scored.candidates.rotation, tip, scored.candidates.object)
-        success = _success(moved, scored.opening, surfaces, scene, points, labels, hand, options)
+        success = _success(moved, scored.opening, surfaces, scene, blocks, hand, options)
         mean += 0.5 * (1.0 - MIDDLE_WEIGHT) * success
     return np.clip(mean / np.maximum(nominal, 1e-6), 0.0, 1.0)
 
@@ -73,8 +74,7 @@ def _success(
     opening: NDArray[np.float64],
     surfaces: Sequence[ObjectSurface],
     scene: Scene,
-    points: NDArray[np.float64],
-    labels: NDArray[np.int64],
+    blocks: PointBlocks,
     hand: ParallelHand,
     options: JawOptions,
 ) -> NDArray[np.float64]:
@@ -89,7 +89,7 @@ def _success(
     held = ndtr((np.arctan(options.friction) - angle) / TILT_SIGMA).prod(axis=1)
     length = np.maximum(columns[:, 7] - columns[:, 6], 0.0) + SAMPLE_SPACING
     held *= expit((length - OVERLAP_MIDDLE) / OVERLAP_SCALE) * meets
-    free = clearance_terms(hand_clearances(candidates, opening, points, labels, hand), options)
+    free = clearance_terms(hand_clearances(candidates, opening, blocks, hand), options)
     held *= free["own_clearance"] * free["clearance"]
     if scene.support is not None:
         height = lowest_height(candidates, scene.support, hand)

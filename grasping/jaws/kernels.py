@@ -8,15 +8,18 @@ from numba import njit
 FAR = 0.02
 """Clearances above this count as this, m. It is five standard deviations of a clearance."""
 BLOCKED = -0.012
-"""A candidate whose third deepest point lies deeper is given up, m."""
+"""A candidate whose clearance is smaller is given up, m."""
 
 
 @njit(cache=True)
-def clearances(rotation, tip, half, owner, points, labels, finger, fixed, sweep):
+def clearances(
+    rotation, tip, half, owner, points, blocks, groups, label, finger, fixed, sweep, rank
+):
     """Return the clearance of each candidate from its own object's points and from others', (n, 2).
 
-    The clearance is the third smallest signed distance of a point from the hand's boxes, m. It is
-    negative inside. Single points are noise. The boxes reach back by the approach.
+    The clearance is the signed distance of a point from the hand's boxes, m: the third smallest one
+    if `rank` is 3. It is negative inside. Single points are noise. The boxes reach back by the
+    approach.
 
     Parameters
     ----------
@@ -26,72 +29,96 @@ def clearances(rotation, tip, half, owner, points, labels, finger, fixed, sweep)
         Half of the opening, (n,), m.
     owner
         Object of each candidate, (n,).
-    points, labels
-        Points (N, 3), m, and the object of each, (N,).
+    points, blocks, groups, label
+        Fields of :class:`.PointBlocks`; start, centre and radius of both sets of spheres.
     finger
         Boxes of the finger at +x, (f, 2, 3), m.
     fixed
         Boxes of the palm and the camera, (p, 2, 3), m.
     sweep
         Length of the straight approach, m.
+    rank
+        Number of the distance that counts, from the smallest, at least 1.
     """
+    start, centre, radius = blocks
+    group_start, group_centre, group_radius = groups
     n = len(tip)
     out = np.full((n, 2), FAR)
+    low = np.empty((2, rank))
+    last = rank - 1
     for i in range(n):
-        # The three smallest distances for the own object and for others.
-        low = np.full((2, 3), FAR)
-        for k in range(len(points)):
-            dx = points[k, 0] - tip[i, 0]
-            dy = points[k, 1] - tip[i, 1]
-            dz = points[k, 2] - tip[i, 2]
-            z = rotation[i, 0, 2] * dx + rotation[i, 1, 2] * dy + rotation[i, 2, 2] * dz
-            if z > FAR:
+        low[:] = FAR
+        for group in range(len(label)):
+            side = 0 if label[group] == owner[i] else 1
+            x, y, z = _local(rotation[i], tip[i], group_centre[group])
+            reach = low[side, last] + group_radius[group]
+            if _hand_distance(x, y, z, half[i], finger, fixed, sweep, reach) >= reach:
                 continue
-            y = rotation[i, 0, 1] * dx + rotation[i, 1, 1] * dy + rotation[i, 2, 1] * dz
-            x = rotation[i, 0, 0] * dx + rotation[i, 1, 0] * dy + rotation[i, 2, 0] * dz
-            side = 0 if labels[k] == owner[i] else 1
-            bound = low[side, 2]
-            distance = FAR
-            for b in range(len(finger)):
-                d = _box_distance(abs(x) - half[i], y, z, finger[b], sweep, bound)
-                if d < distance:
-                    distance = d
-            for b in range(len(fixed)):
-                d = _box_distance(x, y, z, fixed[b], sweep, bound)
-                if d < distance:
-                    distance = d
-            if distance < bound:
-                if distance < low[side, 0]:
-                    low[side, 2] = low[side, 1]
-                    low[side, 1] = low[side, 0]
-                    low[side, 0] = distance
-                elif distance < low[side, 1]:
-                    low[side, 2] = low[side, 1]
-                    low[side, 1] = distance
-                else:
-                    low[side, 2] = distance
-                if low[side, 2] < BLOCKED:
-                    break
-        out[i, 0] = low[0, 2]
-        out[i, 1] = low[1, 2]
+            for block in range(group_start[group], group_start[group + 1]):
+                x, y, z = _local(rotation[i], tip[i], centre[block])
+                reach = low[side, last] + radius[block]
+                if _hand_distance(x, y, z, half[i], finger, fixed, sweep, reach) >= reach:
+                    continue
+                for k in range(start[block], start[block + 1]):
+                    x, y, z = _local(rotation[i], tip[i], points[k])
+                    bound = low[side, last]
+                    distance = _hand_distance(x, y, z, half[i], finger, fixed, sweep, bound)
+                    if distance < bound:
+                        _insert(low[side], distance)
+            if low[side, last] < BLOCKED:
+                break
+        out[i, 0] = low[0, last]
+        out[i, 1] = low[1, last]
     return out
+
+
+@njit(cache=True)
+def _insert(low, value):
+    """Insert a value into a sorted array, and drop its last one."""
+    place = len(low) - 1
+    while place > 0 and low[place - 1] > value:
+        low[place] = low[place - 1]
+        place -= 1
+    low[place] = value
+
+
+@njit(cache=True)
+def _local(rotation, tip, point):
+    """Return a point in the tool frame."""
+    dx, dy, dz = point[0] - tip[0], point[1] - tip[1], point[2] - tip[2]
+    return (
+        rotation[0, 0] * dx + rotation[1, 0] * dy + rotation[2, 0] * dz,
+        rotation[0, 1] * dx + rotation[1, 1] * dy + rotation[2, 1] * dz,
+        rotation[0, 2] * dx + rotation[1, 2] * dy + rotation[2, 2] * dz,
+    )
+
+
+@njit(cache=True)
+def _hand_distance(x, y, z, half, finger, fixed, sweep, bound):
+    """Return the signed distance of a point in the tool frame from the hand, at most `bound`, m."""
+    distance = bound
+    for b in range(len(finger)):
+        distance = min(distance, _box_distance(abs(x) - half, y, z, finger[b], sweep, distance))
+    for b in range(len(fixed)):
+        distance = min(distance, _box_distance(x, y, z, fixed[b], sweep, distance))
+    return distance
 
 
 @njit(cache=True)
 def _box_distance(x, y, z, box, sweep, bound):
     """Return the signed distance of a point from a box that reaches back by `sweep`, m.
 
-    Distances above `bound` are returned as ``FAR``.
+    Distances above `bound` are returned as infinity.
     """
     qx = max(box[0, 0] - x, x - box[1, 0])
     if qx > bound:
-        return FAR
+        return np.inf
     qy = max(box[0, 1] - y, y - box[1, 1])
     if qy > bound:
-        return FAR
+        return np.inf
     qz = max(box[0, 2] - sweep - z, z - box[1, 2])
     if qz > bound:
-        return FAR
+        return np.inf
     largest = max(qx, max(qy, qz))
     if largest <= 0.0:
         return largest

@@ -38,7 +38,7 @@ class JawOptions:
     full_opening: bool = False
     """Whether the hand always opens fully before it closes. Otherwise it opens less where its
     fingers would touch something."""
-    per_object: int = 8
+    per_object: int = 3
     """Maximum number of grasps returned for each object."""
     failed: tuple[Grasp, ...] = ()
     """Grasps that failed before in this scene. Similar ones rank lower."""

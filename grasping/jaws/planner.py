@@ -11,7 +11,7 @@ from scipy.special import expit
 
 from ..fit_uncertainty import width_std
 from .candidates import Candidates, solid_candidates
-from .clearance import hand_clearances, scene_points
+from .clearance import FULL_RANK, all_points, coarse_points, hand_clearances
 from .contacts import centred_contacts
 from .depth_error import depth_error_term
 from .grasp import GraspList
@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from eyehand.perception import Scene, SceneObject
 
     from ..hands import ParallelHand
+    from .point_blocks import PointBlocks
 
 KEPT = 220
 """Candidates of each object whose clearance is tested, best contacts first."""
@@ -89,9 +90,11 @@ def plan_grasps(scene: Scene, hand: ParallelHand, options: JawOptions | None = N
     scored = join_scored([part for part in parts if part is not None])
     if scored is None:
         return _empty(scene, rejected, started)
-    scored = _with_clearance(scored, surfaces, scene, hand, options, rejected)
+    coarse = coarse_points(surfaces, scene)
+    scored = _with_clearance(scored, surfaces, coarse, hand, options, rejected)
     scored = _best_of_each(scored)
-    scored.terms["depth_error"] = depth_error_term(scored, surfaces, scene, hand, options)
+    _check_all_points(scored, all_points(surfaces, scene), hand, options)
+    scored.terms["depth_error"] = depth_error_term(scored, surfaces, coarse, scene, hand, options)
     hidden = hidden_shares(scored.candidates, scored.opening, surfaces, scene.view_origin, hand)
     scored.terms["unseen"] = (1.0 - HIDDEN_COST * hidden).prod(axis=1)
     scored.terms["order"] = _order_term(scored, known)
@@ -136,7 +139,8 @@ def _contact_candidates(
         options,
     )
     terms["object"] = np.full(len(found), _object_term(item, surface, scene))
-    scored = ScoredCandidates(found, contact, np.full(len(found), hand.stroke), terms)
+    opening, unknown = np.full(len(found), hand.stroke), np.zeros((len(found), 2))
+    scored = ScoredCandidates(found, contact, opening, terms, unknown)
     total = scored.total
     for name, term in terms.items():
         rejected[item.label][name] += int(np.count_nonzero(term < MIN_PROBABILITY))
@@ -166,20 +170,19 @@ def _width_sigma(item: SceneObject, closing: NDArray[np.float64]) -> NDArray[np.
 def _with_clearance(
     scored: ScoredCandidates,
     surfaces: Sequence[ObjectSurface],
-    scene: Scene,
+    blocks: PointBlocks,
     hand: ParallelHand,
     options: JawOptions,
     rejected: dict[int, Counter[str]],
 ) -> ScoredCandidates:
     """Add the terms of the clearance, at the full opening or at a smaller one."""
-    points, labels = scene_points(surfaces, scene)
-    free = hand_clearances(scored.candidates, scored.opening, points, labels, hand)
+    free = hand_clearances(scored.candidates, scored.opening, blocks, hand)
     terms = clearance_terms(free, options)
     opening = scored.opening.copy()
     narrow = np.ones(len(opening))
     if not options.full_opening:
         less = np.minimum(scored.contact.width + 2 * SIDE_CLEARANCE, hand.stroke)
-        closer = hand_clearances(scored.candidates, less, points, labels, hand)
+        closer = hand_clearances(scored.candidates, less, blocks, hand)
         other = clearance_terms(closer, options)
         gain = NARROW_TERM * other["own_clearance"] * other["clearance"]
         better = gain > terms["own_clearance"] * terms["clearance"]
@@ -196,7 +199,17 @@ def _with_clearance(
         scored.contact,
         opening,
         {**scored.terms, **terms, "opening": narrow},
+        free,
     )
+
+
+def _check_all_points(
+    scored: ScoredCandidates, blocks: PointBlocks, hand: ParallelHand, options: JawOptions
+) -> None:
+    """Lower the clearance and its terms to that from all readings."""
+    full = hand_clearances(scored.candidates, scored.opening, blocks, hand, FULL_RANK)
+    np.minimum(scored.clearance, full, out=scored.clearance)
+    scored.terms.update(clearance_terms(scored.clearance, options))
 
 
 def _best_of_each(scored: ScoredCandidates) -> ScoredCandidates:

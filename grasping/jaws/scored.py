@@ -28,6 +28,8 @@ class ScoredCandidates:
     """Distance between the pads before closing, (n,), m."""
     terms: dict[str, NDArray[np.float64]]
     """Factors of the probability of success by name, (n,) each."""
+    clearance: NDArray[np.float64]
+    """Clearance from the own object and from others, (n, 2), m; zero before it is known."""
 
     @property
     def total(self) -> NDArray[np.float64]:
@@ -48,6 +50,7 @@ class ScoredCandidates:
             ),
             self.opening[index],
             {name: term[index] for name, term in self.terms.items()},
+            self.clearance[index],
         )
 
 
@@ -67,4 +70,5 @@ def join_scored(parts: Sequence[ScoredCandidates]) -> ScoredCandidates | None:
         ),
         np.concatenate([part.opening for part in parts]),
         {name: np.concatenate([part.terms[name] for part in parts]) for name in parts[0].terms},
+        np.concatenate([part.clearance for part in parts]),
     )

@@ -10,6 +10,7 @@ from scipy.spatial.transform import RigidTransform
 
 from .grasp import Grasp
 from .scoring import GRAVITY
+from .symmetry import is_turned, symmetry_axes
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -31,6 +32,8 @@ SAME_DISTANCE, SAME_ANGLE = 0.012, np.radians(25.0)
 """Two grasps that differ by less are one, m and rad."""
 SAFE_HIDDEN = 0.5
 """Share of a fingertip in hidden space above which a grasp is not safe."""
+SAFE_DEPTH = 0.003
+"""Depth of readings or walls inside the hand above which a grasp is not safe, m."""
 SAFE_CLEARANCE = 0.3
 """Probability of touching nothing below which a grasp is not safe."""
 DENSE = 1000.0
@@ -52,6 +55,7 @@ def select_grasps(
     order = np.argsort(-total, kind="stable")
     chosen: list[int] = []
     count: Counter[int] = Counter()
+    axes = [symmetry_axes(surface) for surface in surfaces]
     tips, rotations = scored.candidates.tip, scored.candidates.rotation
     for index in order:
         number = int(scored.candidates.object[index])
@@ -61,7 +65,12 @@ def select_grasps(
             continue
         if not any(
             scored.candidates.object[other] == number
-            and _same(tips[index], tips[other], rotations[index], rotations[other])
+            and (
+                _same(tips[index], tips[other], rotations[index], rotations[other])
+                or is_turned(
+                    axes[number], tips[index], tips[other], rotations[index], rotations[other]
+                )
+            )
             for other in chosen
         ):
             chosen.append(int(index))
@@ -103,7 +112,11 @@ def _forbidden(
     if hidden.max() > SAFE_HIDDEN:
         found.append("a finger enters space that another object hides")
     free = scored.terms["clearance"][index] * scored.terms["own_clearance"][index]
-    if free < SAFE_CLEARANCE:
+    depths = -scored.clearance[index]
+    for depth, what in zip(depths, ("the object", "a neighbour or a wall"), strict=True):
+        if depth > SAFE_DEPTH:
+            found.append(f"{what} reaches {1e3 * depth:.0f} mm into the hand")
+    if free < SAFE_CLEARANCE and depths.max() <= SAFE_DEPTH:
         found.append("the hand probably touches something on its way")
     load, grip = DENSE * surface.volume * GRAVITY, 2.0 * options.friction * hand.force[1]
     if load > grip:

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from scipy.spatial.transform import Rotation
 
 from eyehand.grasping import load_hand
 from eyehand.grasping.jaws.kernels import BLOCKED, FAR, clearances, contacts
+from eyehand.grasping.jaws.point_blocks import point_blocks
 
 RNG = np.random.default_rng(5)
 HAND = load_hand("panda")
@@ -18,13 +20,28 @@ def _candidates(count):
     return rotation, RNG.uniform(-0.05, 0.05, (count, 3))
 
 
-def test_clearances():
+@pytest.mark.parametrize("rank", [1, 3, 5])
+def test_clearances(rank):
     rotation, tip = _candidates(40)
     points = RNG.uniform(-0.15, 0.15, (300, 3))
     labels = RNG.integers(0, 3, 300)
     owner = RNG.integers(0, 3, 40)
     half = RNG.uniform(0.01, 0.04, 40)
-    found = clearances(rotation, tip, half, owner, points, labels, FINGER, HAND.fixed_boxes(), 0.05)
+    blocks = point_blocks([points[labels == k] for k in range(3)], range(3))
+    found = clearances(
+        rotation,
+        tip,
+        half,
+        owner,
+        blocks.points,
+        (blocks.blocks.start, blocks.blocks.centre, blocks.blocks.radius),
+        (blocks.groups.start, blocks.groups.centre, blocks.groups.radius),
+        blocks.label,
+        FINGER,
+        HAND.fixed_boxes(),
+        0.05,
+        rank,
+    )
     for i in range(40):
         local = (points - tip[i]) @ rotation[i]
         folded = local * [1, 1, 1]
@@ -37,7 +54,7 @@ def test_clearances():
                 signed = np.where(gap.max(axis=1) <= 0, gap.max(axis=1), outside)
                 distance = np.minimum(distance, signed)
         expected = [
-            np.sort(np.append(distance[(labels == owner[i]) == own], [FAR] * 3))[2]
+            np.sort(np.append(distance[(labels == owner[i]) == own], [FAR] * 5))[rank - 1]
             for own in (True, False)
         ]
         if min(expected) < BLOCKED:
@@ -45,6 +62,25 @@ def test_clearances():
             assert found[i].min() < BLOCKED
         else:
             np.testing.assert_allclose(found[i], expected, atol=1e-12)
+
+
+def test_blocks_hold_every_point_once_with_its_label():
+    groups = [RNG.uniform(-1, 1, (200, 3)), np.zeros((0, 3)), RNG.uniform(0, 0.05, (50, 3))]
+    blocks = point_blocks(groups, [4, 7, -1])
+    assert blocks.blocks.start[-1] == 250
+    assert blocks.groups.start[-1] == len(blocks.blocks.radius)
+    of_block = np.repeat(np.arange(len(blocks.label)), np.diff(blocks.groups.start))
+    label = blocks.label[np.repeat(of_block, np.diff(blocks.blocks.start))]
+    for number, value in ((0, 4), (2, -1)):
+        np.testing.assert_array_equal(
+            np.sort(blocks.points[label == value], axis=0), np.sort(groups[number], axis=0)
+        )
+    count = np.diff(blocks.blocks.start)
+    for spheres, times in ((blocks.blocks, count), (blocks.groups, np.bincount(of_block, count))):
+        centre = np.repeat(spheres.centre, times.astype(int), axis=0)
+        radius = np.repeat(spheres.radius, times.astype(int))
+        assert np.all(np.linalg.norm(blocks.points - centre, axis=1) <= radius + 1e-12)
+    assert len(point_blocks([], []).label) == 0
 
 
 def test_contacts_of_solid_points():

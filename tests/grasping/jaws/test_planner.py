@@ -107,8 +107,8 @@ def test_poses_before_and_after_lie_on_the_approach():
 
 def test_failed_grasp_ranks_lower():
     scene = scene_of(box((0.04, 0.04, 0.1), (-0.1, 0.0)), can(0.025, 0.1, (0.1, 0.0), label=2))
-    first = plan_grasps(scene, PANDA)[0]
-    second = plan_grasps(scene, PANDA, JawOptions(failed=(first,)))[0]
+    first = plan_grasps(scene, PANDA, JawOptions(depth_error=0.005))[0]
+    second = plan_grasps(scene, PANDA, JawOptions(depth_error=0.005, failed=(first,)))[0]
     assert second.object_label != first.object_label
 
 
@@ -127,3 +127,11 @@ def test_options_are_checked():
         JawOptions(friction=-1.0)
     with pytest.raises(InputError, match="per_object"):
         JawOptions(per_object=0)
+
+
+def test_turns_about_an_axis_of_symmetry_are_one_grasp():
+    grasps = plan_grasps(scene_of(can(0.03, 0.05)), PANDA)
+    assert 1 < len(grasps) <= 3
+    above = [grasp for grasp in grasps if grasp.approach[2] < -0.99]
+    heights = sorted(grasp.position[2] for grasp in above)
+    assert all(np.diff(heights) > 0.007)

@@ -7,6 +7,7 @@ from dataclasses import replace
 from jaw_scenes import EYE, box, can, scene_of
 
 from eyehand.grasping import load_hand, plan_grasps
+from eyehand.perception import SceneWarning
 
 PANDA = load_hand("panda")
 
@@ -47,3 +48,13 @@ def test_heavy_and_unsupported_objects_are_not_safe():
     assert all(any("may weigh" in text for text in grasp.forbidden_by) for grasp in grasps)
     loose = replace(large, support=None, objects=(box((0.05, 0.05, 0.05)),))
     assert all("no support was found" in g.forbidden_by for g in plan_grasps(loose, PANDA))
+
+
+def test_object_cut_by_the_image_is_not_safe():
+    scene = scene_of(can(0.02, 0.06), can(0.02, 0.06, (0.2, 0.0), label=2))
+    warning = SceneWarning("cut_by_image", "object 2 is cut off", 2)
+    segmentation = replace(scene.segmentation, warnings=(warning,))
+    grasps = plan_grasps(replace(scene, segmentation=segmentation), PANDA)
+    assert {grasp.object_label for grasp in grasps} == {1, 2}
+    assert any(grasp.safe for grasp in grasps if grasp.object_label == 1)
+    assert all("border" in " ".join(g.forbidden_by) for g in grasps if g.object_label == 2)
