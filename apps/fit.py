@@ -43,7 +43,7 @@ def fit_command(
     kind: KindChoice = "auto",
     noise_mm: float = 1.5,
     budget_ms: float | None = None,
-    max_parts: int = 1,
+    max_parts: int | None = None,
     points: int | None = None,
     optimiser: OptimiserName | None = None,
     out: Path | None = None,
@@ -79,7 +79,8 @@ def fit_command(
     budget_ms
         Time limit of a fit, ms. The most accurate stored setting within it is used.
     max_parts
-        Maximum number of solids per object, where one solid does not explain it.
+        Maximum number of solids per object, where one solid does not explain it. Default: 1,
+        or that of the stored setting.
     points
         Number of points used. More points are more accurate and slower.
     optimiser

@@ -49,7 +49,7 @@ def neighbour_points(
 ) -> NeighbourPoints:
     """Sample the surfaces of the other objects within reach of a hand that holds `item`.
 
-    The points come from the fitted solid, or from the segmented points if the fit failed.
+    The points come from the fitted solids, or from the segmented points if the fit failed.
     """
     clouds, labels = [np.zeros((0, 3))], [np.zeros(0, dtype=np.int64)]
     solid = item.fit.superquadric
@@ -160,9 +160,14 @@ def _finger_boxes(
 
 @lru_cache(maxsize=64)
 def _surface_points(fit: SuperquadricFit) -> NDArray[np.float64]:
-    solid = fit.superquadric
-    assert solid is not None
-    return solid.project_radially(solid.centre + _SPHERE * solid.semi_axes.max())
+    solids = fit.parts or (fit.superquadric,)
+    return np.concatenate(
+        [
+            solid.project_radially(solid.centre + _SPHERE * solid.semi_axes.max())
+            for solid in solids
+            if solid is not None
+        ]
+    )
 
 
 _SPHERE = evenly_on_sphere(SURFACE_POINTS)

@@ -65,10 +65,10 @@ def scene_obstacles(
     -------
     tuple of Obstacle
         Obstacles in the scene's frame: ``table``, ``wall N`` of a container, ``unknown N``,
-        ``object N`` by label, and ``behind N``. The last one is the convex space between an
-        object, its occluded space and the table. Growth and occluded space never close the gap
-        between an object and the target. A region without readings that overlaps the target is
-        no obstacle.
+        ``object N`` by label, ``object N, part 2`` and so on for its further solids, and
+        ``behind N``. The last one is the convex space between an object, its occluded space and
+        the table. Growth and occluded space never close the gap between an object and the
+        target. A region without readings that overlaps the target is no obstacle.
     """
     obstacles = []
     target_points = hull_points(target) if target is not None else None
@@ -92,10 +92,7 @@ def scene_obstacles(
         growth = min(max_side_std(item.fit), MAX_GROWTH)
         if slab is not None:
             growth = min(growth, max(0.5 * slab.width, 0.0))
-        solid = item.fit.superquadric
-        if target is not None and may_push and solid is not None:
-            growth = -min(PUSH_SHRINK, MAX_SHRINK_SHARE * float(solid.semi_axes.min()))
-        obstacles.append(_object(item, points, growth))
+        obstacles += _object(item, points, growth, may_shrink=target is not None and may_push)
         if not may_push:
             occluded = _occluded_space(scene, item, points, slab)
             if occluded is not None:
@@ -121,17 +118,26 @@ def solid_obstacle(solid: Superquadric, growth: float, name: str) -> Obstacle:
     return Obstacle(name, shape, solid.pose)
 
 
-def _object(item: SceneObject, points: NDArray[np.float64], growth: float) -> Obstacle:
+def _object(
+    item: SceneObject, points: NDArray[np.float64], growth: float, *, may_shrink: bool
+) -> list[Obstacle]:
     name = f"object {item.label}"
-    solid = item.fit.superquadric
-    if solid is not None and item.fit:
-        return solid_obstacle(solid, growth, name)
+    obstacles = []
+    for solid in item.fit.parts or (item.fit.superquadric,):
+        if solid is None or not item.fit:
+            break
+        if may_shrink:
+            growth = -min(PUSH_SHRINK, MAX_SHRINK_SHARE * float(solid.semi_axes.min()))
+        part = f"{name}, part {len(obstacles) + 1}" if obstacles else name
+        obstacles.append(solid_obstacle(solid, growth, part))
+    if obstacles:
+        return obstacles
     try:
-        return Obstacle(name, ConvexMesh(points), RigidTransform.identity())
+        return [Obstacle(name, ConvexMesh(points), RigidTransform.identity())]
     except InputError:
         half = np.maximum(0.5 * np.ptp(points, axis=0), MIN_HALF_THICKNESS)
         middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
-        return Obstacle(name, Box(half), RigidTransform.from_translation(middle))
+        return [Obstacle(name, Box(half), RigidTransform.from_translation(middle))]
 
 
 def _occluded_space(

@@ -12,7 +12,7 @@ from .sphere_points import evenly_on_sphere
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from eyehand.perception import SceneObject, SuperquadricFit, SupportPlane
+    from eyehand.perception import SceneObject, Superquadric, SuperquadricFit, SupportPlane
 
 SPHERE_POINTS = 60
 """Number of points on a round solid, about 25° apart."""
@@ -40,11 +40,11 @@ class Slab(NamedTuple):
 def hull_points(item: SceneObject) -> NDArray[np.float64]:
     """Return points (N, 3), m, whose convex hull encloses an object.
 
-    They come from the fitted solid, or from the segmented points if there is none.
+    They come from the fitted solids, or from the segmented points if there are none.
     """
     if item.fit.superquadric is None or not item.fit:
         return extreme_points(item.points)
-    return _solid_points(item.fit)
+    return _fit_points(item.fit)
 
 
 def extreme_points(points: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -55,10 +55,13 @@ def extreme_points(points: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 @lru_cache(maxsize=64)
-def _solid_points(fit: SuperquadricFit) -> NDArray[np.float64]:
+def _fit_points(fit: SuperquadricFit) -> NDArray[np.float64]:
+    solids = fit.parts or (fit.superquadric,)
+    return np.concatenate([_solid_points(solid) for solid in solids if solid is not None])
+
+
+def _solid_points(solid: Superquadric) -> NDArray[np.float64]:
     """Return corners of a box, rims of a cylinder, or points on any other surface, (N, 3), m."""
-    solid = fit.superquadric
-    assert solid is not None
     match solid.kind:
         case "box":
             return solid.to_parent(_CORNERS * solid.semi_axes)

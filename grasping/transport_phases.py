@@ -59,13 +59,16 @@ def place(cell: Cell, state: PickState) -> PhaseFailure | None:
     options, tray = cell.options, cell.tray
     palm = cell.palm_pose()
     goal = tray.slot_position(state.slot)
-    solid = state.grasp.target.fit.superquadric
+    fit = state.grasp.target.fit
+    solid = fit.superquadric
     # The centre of the object is moved over the slot. In a side grasp it is far from the palm.
     centre, above_floor, height = palm.translation, 0.0, 0.0
     if solid is not None:
         centre = solid.centre
-        above_floor = float(centre @ UP) + float(solid.support(-UP))
-        height = float(solid.support(UP) + solid.support(-UP))
+        parts = fit.parts or (solid,)
+        below_origin = max(float(part.support(-UP)) for part in parts)
+        above_floor = float(centre @ UP) + below_origin
+        height = max(float(part.support(UP)) for part in parts) + below_origin
     centre_in_palm = state.T_palm_world_at_grasp.apply(centre)
     layer = tray.layer(state.slot)
     below = cell.layer_tops[layer - 1] if 0 < layer <= len(cell.layer_tops) else 0.0

@@ -34,7 +34,7 @@ class FitChoice:
     """Expected noise of the points, one standard deviation, mm."""
     budget_ms: float | None = None
     """Time limit of a fit, ms."""
-    max_parts: int = 1
+    max_parts: int | None = None
     """Maximum number of solids per object."""
     points: int | None = None
     """Number of points used."""
@@ -46,7 +46,7 @@ class FitChoice:
             raise InputError(
                 f"--noise-mm must be above 0 and at most {MAX_NOISE_MM:g}, got {self.noise_mm}"
             )
-        if not 1 <= self.max_parts <= MAX_PARTS:
+        if self.max_parts is not None and not 1 <= self.max_parts <= MAX_PARTS:
             raise InputError(f"--max-parts must be 1 to {MAX_PARTS}, got {self.max_parts}")
         if self.budget_ms is not None and not 0.0 < self.budget_ms < float("inf"):
             raise InputError(f"--budget-ms must be finite and above 0, got {self.budget_ms}")
@@ -65,10 +65,10 @@ class FitChoice:
             If no setting of the stored front meets the budget, or a value is out of range.
         """
         chosen = FitOptions() if self.budget_ms is None else FitOptions.for_budget(self.budget_ms)
-        changes: dict[str, Any] = {"noise": self.noise_mm * 1e-3, "max_parts": self.max_parts}
+        changes: dict[str, Any] = {"noise": self.noise_mm * 1e-3}
         if self.kind != "auto":
             changes["kinds"] = (self.kind,)
-        for name in ("points", "optimiser"):
+        for name in ("points", "optimiser", "max_parts"):
             if getattr(self, name) is not None:
                 changes[name] = getattr(self, name)
         return replace(chosen, **changes)

@@ -9,7 +9,7 @@ import numpy as np
 
 from eyehand.data_synth.scenes import MeshObject, TabletopObject
 from eyehand.errors import InputError
-from eyehand.perception import fit_superquadric
+from eyehand.perception import FitOptions, fit_superquadric
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -75,7 +75,7 @@ def _solid_at(item: TabletopObject | MeshObject, pose: RigidTransform) -> Tablet
 @functools.lru_cache(maxsize=64)
 def _fit_mesh(item: MeshObject) -> TabletopObject:
     """Fit a solid to a mesh, in the frame of the mesh."""
-    fit = fit_superquadric(_sample_mesh(item))
+    fit = fit_superquadric(_sample_mesh(item), options=FitOptions(max_parts=1))
     if fit.superquadric is None:
         raise InputError(f"object {item.name}: no solid fits its mesh: {fit.reason}")
     return TabletopObject(item.name, fit.superquadric, item.mass, item.colour)

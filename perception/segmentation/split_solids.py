@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..superquadric import fit_superquadric
+from ..superquadric import FitOptions, fit_superquadric
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -19,6 +19,8 @@ MIN_SPREAD = 0.004
 """Minimum spread about one solid for an object to be split, m."""
 SAMPLES = 600
 """Points of an object to which the solids are fitted."""
+ONE_SOLID = FitOptions(max_parts=1)
+"""Options of these fits: the halves are compared with one solid."""
 ROUNDS = 10
 """Iterations of the two means. More change nothing."""
 
@@ -50,7 +52,7 @@ def split_mask(
 
 def _spread(points: NDArray[np.float64]) -> float:
     sample = points[:: max(len(points) // SAMPLES, 1)]
-    fit = fit_superquadric(sample, view_origin=np.zeros(3))
+    fit = fit_superquadric(sample, view_origin=np.zeros(3), options=ONE_SOLID)
     return fit.spread if fit else np.inf
 
 

@@ -20,6 +20,7 @@ from .part_assignment import (
 )
 from .part_cloud import PartCloud, prepare_part_cloud
 from .part_kinds import fit_kinds
+from .robust import robust_square
 from .shape import PARAMETER_COUNT
 from .validity import PLANE_PARAMETERS, check_residuals
 
@@ -87,10 +88,10 @@ def split_into_parts(
         The fit of the largest part by volume, with all parts and the residuals of their union;
         `whole` if more parts are no better.
     """
+    if _is_clearly_explained(whole, options):
+        return whole
     cloud = prepare_part_cloud(observation, options)
     single, parameters = _single(whole, cloud)
-    if _is_explained(single, cloud):
-        return whole
     assignments = _assign_parts(single, cloud, options)
     if not assignments:
         return whole
@@ -107,6 +108,16 @@ def split_into_parts(
         return whole
     counts = " or ".join(str(len(one.parts)) for one in assignments)
     return replace(whole, reason=f"{whole.reason} (no better in {counts} parts)")
+
+
+def _is_clearly_explained(whole: SuperquadricFit, options: FitOptions) -> bool:
+    """Return whether a solid explains the points and covers no empty ray.
+
+    Most objects end here, without the neighbours and the rays of a :class:`PartCloud`.
+    """
+    if whole.superquadric is None or whole.covered_share > 0.0:
+        return False
+    return robust_square(whole.residuals, options.noise) < (EXPLAINED_NOISE * options.noise) ** 2
 
 
 def _single(whole: SuperquadricFit, cloud: PartCloud) -> tuple[PartAssignment, int]:

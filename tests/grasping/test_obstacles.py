@@ -12,6 +12,7 @@ from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.control import Box, ConvexMesh, Cylinder, Ellipsoid, Sphere
 from eyehand.grasping.obstacles import scene_obstacles
+from eyehand.grasping.occlusion import hull_points
 from eyehand.perception import (
     Container,
     Scene,
@@ -165,6 +166,21 @@ def test_hull_of_many_points_uses_extreme_points():
     (hull,) = (one for one in scene_obstacles(scene(lump)) if one.name == "object 1")
     # 150 extreme points of a sphere are about 12 degrees apart.
     assert depth_inside(hull, lump.points).min() > -0.04 * (1.0 - np.cos(np.radians(15.0)))
+
+
+def test_every_part_of_an_object_is_an_obstacle():
+    rng = np.random.default_rng(0)
+    body, cap = item(1, "box", [0.4, 0, 0.05], rng), item(2, "sphere", [0.4, 0, 0.2], rng, 0.02)
+    solids = [one.fit.superquadric for one in (body, cap)]
+    bottle = replace(body, fit=replace(body.fit, parts=tuple(solids)))
+    for may_push in (False, True):
+        found = {one.name: one for one in scene_obstacles(scene(bottle), may_push=may_push)}
+        assert depth_inside(found["object 1"], body.points).min() > -1e-9
+        assert isinstance(found["object 1, part 2"].shape, Sphere)
+        assert depth_inside(found["object 1, part 2"], cap.points).min() > -1e-9
+    # The hull, and so the space behind the object, encloses both.
+    top = hull_points(bottle)[:, 2].max()
+    assert top == pytest.approx(cap.points[:, 2].max(), abs=0.002)
 
 
 def test_obstacles_of_five_objects_take_less_than_20_ms():
