@@ -135,3 +135,14 @@ def test_turns_about_an_axis_of_symmetry_are_one_grasp():
     above = [grasp for grasp in grasps if grasp.approach[2] < -0.99]
     heights = sorted(grasp.position[2] for grasp in above)
     assert all(np.diff(heights) > 0.007)
+
+
+def test_narrow_part_of_an_object_wider_than_the_stroke_is_gripped():
+    body, handle = box((0.1, 0.1, 0.04)), box((0.08, 0.03, 0.04), (0.09, 0.0))
+    parts = tuple(one.fit.superquadric for one in (body, handle))
+    fit = replace(body.fit, parts=parts)
+    whole = replace(body, points=np.concatenate([body.points, handle.points]), fit=fit)
+    grasps = plan_grasps(scene_of(whole), PANDA)
+    assert grasps
+    assert all(grasp.position[0] > 0.05 for grasp in grasps)
+    assert grasps[0].object_width == pytest.approx(0.03, abs=0.004)
