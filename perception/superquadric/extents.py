@@ -103,6 +103,8 @@ class ExtentModel:
     """Standard deviation of the points' noise, m."""
     shortfall: float
     """Distance by which points reach beyond the sides of the solids, m."""
+    alternatives: Sequence[Superquadric] = ()
+    """Solids that explain the points of a single solid as well."""
 
 
 class _Ends(NamedTuple):
@@ -118,7 +120,10 @@ class _Ends(NamedTuple):
 
 
 def extent_model(
-    solids: Sequence[Superquadric], uncertainty: Uncertainty | None, evidence: ViewEvidence | None
+    solids: Sequence[Superquadric],
+    uncertainty: Uncertainty | None,
+    evidence: ViewEvidence | None,
+    alternatives: Sequence[Superquadric] = (),
 ) -> ExtentModel:
     """Measure the misfit of the solids, and how far points reach beyond them."""
     if evidence is None:
@@ -136,7 +141,9 @@ def extent_model(
     sides = np.concatenate([axes, -axes])
     beyond = evidence.seen_reach(sides) - NOISE_REACH * noise - _support(solids, sides)
     shortfall = max(float(beyond.max()), 0.0)
-    return ExtentModel(solids, uncertainty, evidence, misfit, noise, shortfall)
+    # Those of several parts are alternatives of the largest part only.
+    alternatives = alternatives if len(solids) == 1 else ()
+    return ExtentModel(solids, uncertainty, evidence, misfit, noise, shortfall, alternatives)
 
 
 def estimate_sides(model: ExtentModel) -> tuple[SideEstimate, ...]:
@@ -207,6 +214,9 @@ def _ends(model: ExtentModel, directions: NDArray[np.float64]) -> _Ends:
     grown = MISFIT_GROWTH * model.misfit * np.sqrt(1e3 * gap)
     grown = grown * (1.0 + OBLIQUE_FACTOR * (components - 1.0))
     variance = grown**2 + (SHORTFALL_FACTOR * model.shortfall) ** 2 + MIN_SIGMA**2
+    if model.alternatives:
+        reaches = np.array([support, *(other.support(directions) for other in model.alternatives)])
+        variance += np.ptp(np.clip(reaches, low, high), axis=0) ** 2 / EVEN_SPREAD
     # Single noisy points lie beyond the bounds.
     return _Ends(mean, variance, low - model.noise, high, gap)
 

@@ -152,7 +152,12 @@ class SuperquadricFit:
     def _extents(self) -> ExtentModel | None:
         if self.superquadric is None:
             return None
-        return extent_model(self.parts or (self.superquadric,), self.uncertainty, self.evidence)
+        return extent_model(
+            self.parts or (self.superquadric,),
+            self.uncertainty,
+            self.evidence,
+            tuple(other.superquadric for other in self.alternatives),
+        )
 
     @property
     def runner_up(self) -> CandidateSolid | None:
