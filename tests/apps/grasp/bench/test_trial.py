@@ -131,7 +131,7 @@ def test_scorer_uses_vertices_without_fitted_solid(tmp_path, monkeypatch):
     write_box(tmp_path / "thing.obj", (0.02, 0.025, 0.035))
     items = mesh_scene(tmp_path, "packed", 1, 2)
     none = SimpleNamespace(superquadric=None, reason="no solid")
-    monkeypatch.setattr(true_solids, "fit_superquadric", lambda points: none)
+    monkeypatch.setattr(true_solids, "fit_superquadric", lambda points, options: none)
     cell, robot = trial_cell(items, GraspTrial())
     scorer = Scorer(cell, robot)
     for item in items:
