@@ -50,7 +50,7 @@ from .grasp_failure import failure_cause, is_heavy, segment_truth
 if TYPE_CHECKING:
     from eyehand.data_synth.cell import ClutterWorld
     from eyehand.data_synth.scenes import PieceObject
-    from eyehand.grasping.jaws import Grasp
+    from eyehand.grasping import Grasp
     from eyehand.perception import Scene
 
 Noise = Literal["none", "dex"]
