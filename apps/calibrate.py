@@ -145,6 +145,7 @@ def _print_board(path: Path, board: CalibrationBoard) -> None:
         raise InputError(f"--board must be a .png file, got {path}")
     per_square = round(board.square * MM_PER_M / MM_PER_INCH * PRINTED_DPI)
     margin = round(PRINTED_MARGIN_MM / MM_PER_INCH * PRINTED_DPI)
+    make_folder(path.parent)
     write_picture(path, board.image(per_square, margin))
     say(f"board in {path}: print it at {PRINTED_DPI} dpi, glue it to a flat plate, and measure it")
 
