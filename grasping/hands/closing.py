@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from .hand_messages import DriveMode, HandReading
     from .hand_model import HandModel
 
-ClosingState = Literal["preshape", "closing", "gripping", "holding", "empty"]
+ClosingState = Literal["preshape", "closing", "gripping", "holding", "empty", "stalled"]
 """State of the closing hand.
 
 - preshape: closing has not begun.
@@ -29,6 +29,7 @@ ClosingState = Literal["preshape", "closing", "gripping", "holding", "empty"]
 - gripping: the tension rises.
 - holding: the grip is steady.
 - empty: the hand closed without an object.
+- stalled: the hand does not follow its command.
 """
 
 IDLE_OPENING = 0.06

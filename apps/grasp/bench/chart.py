@@ -93,7 +93,7 @@ def chart_grasp(
     machines = checked_machines(jobs, cluster)
     settings = [(DEFAULT, DEFAULT), FASTEST, MOST_RELIABLE] if quick else dial_settings(cross=cross)
     conditions = [Condition(family, friction, shake, False, *dials) for dials in settings]
-    extras = trial_extras("lift", None, None, "")
+    extras = trial_extras("lift", None)
     plan = RunPlan.of(conditions, seeds, count, extras, out, OUT)
     done = run_plan(plan, machines, run_grasp_trial, fresh=fresh)
     records = by_row(done.records)

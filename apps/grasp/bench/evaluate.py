@@ -16,6 +16,7 @@ from eyehand.errors import DeviceError, InputError
 
 from ...bench.chart_style import Provenance, write_chart
 from ...bench.machine import machine_line
+from ..robot_choice import RobotChoice
 from .cluster import run_on_cluster
 from .conditions import FAMILIES, default_conditions, requested_conditions, source_digest
 from .jobs import Family, RunTrial, SceneJob, run_grasp_trial, scene_jobs
@@ -64,8 +65,7 @@ def evaluate_grasp(
     perception: str = "default",
     control: str = "default",
     objects: Path | None = None,
-    robot: Path | None = None,
-    hand_frame: str = "",
+    robot: Annotated[RobotChoice | None, Parameter(name="*", group="Robot")] = None,
     jobs: int | None = None,
     cluster: str = "",
     quick: bool = False,
@@ -74,7 +74,6 @@ def evaluate_grasp(
     json: bool = False,
     protocol: Literal["own", "clutter-removal"] = "own",
     rounds: int = 20,
-    hand: str = "panda",
     noise: Annotated[list[Literal["none", "dex"]] | None, Repeated] = None,
     known_table: bool = False,
     split: Literal["all", "development", "held-out"] = "all",
@@ -115,10 +114,8 @@ def evaluate_grasp(
     objects
         Folder of meshes (.obj, .stl) or URDFs to draw the objects from, instead of solids.
     robot
-        MJCF file of another arm with its hand. For a hand whose motors drive joints,
-        robot.hand.json beside robot.xml describes the fingers.
-    hand_frame
-        With --robot: the site or body in the palm.
+        Simulated robot of the own protocol. The clutter-removal protocol has a floating gripper:
+        --hand is then a built-in name or a .json file (default: panda).
     jobs
         Number of parallel processes; default: the number of cores.
     cluster
@@ -136,8 +133,6 @@ def evaluate_grasp(
         uses --rounds, --seed, --family (packed, pile), --objects, --jobs and the options below.
     rounds
         Rounds of each row of the protocol.
-    hand
-        Gripper of the protocol: a built-in name or a .json file.
     noise
         Noise of the protocol's depth image: none, dex.
     known_table
@@ -153,7 +148,7 @@ def evaluate_grasp(
                 min(rounds, QUICK_ROUNDS) if quick else rounds,
                 seed,
                 _checked_objects(objects),
-                hand,
+                (robot or RobotChoice()).hand or "panda",
                 known_table,
                 split,
                 jobs,
@@ -165,7 +160,7 @@ def evaluate_grasp(
         raise InputError("--no-known and --no-camera exclude each other: remove one of them")
     machines = checked_machines(jobs, cluster)
     dials = checked_dials(perception, control)
-    extras = trial_extras(purpose, objects, robot, hand_frame)
+    extras = trial_extras(purpose, objects, robot)
     if (family, friction, shake) == (None, None, None) and dials == ("default", "default"):
         conditions = default_conditions(camera=camera, known=known)
     else:
