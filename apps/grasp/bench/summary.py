@@ -161,7 +161,9 @@ def _differing(record: Record) -> list[str]:
 
 def _files(record: Record) -> str:
     return "".join(
-        f" --{option} {quote(record[column])}" for column, option in FILES.items() if record.get(column)
+        f" --{option} {quote(record[column])}"
+        for column, option in FILES.items()
+        if record.get(column)
     )
 
 
