@@ -40,7 +40,7 @@ class RobotChoice:
             If options exclude each other, a file is missing, or the robot cannot be built.
         """
         if (self.robot is None) != (not self.hand_frame):
-            raise InputError("--robot FILE and --hand-frame NAME must be given together")
+            raise InputError("--robot FILE and --hand-frame NAME go together: give both")
         if self.robot is not None and (self.arm or self.hand):
             raise InputError("--robot FILE excludes --arm and --hand: give either")
         if self.robot is not None and not self.robot.is_file():

@@ -276,7 +276,7 @@ def _length_range(model: Any, motor: int, name: str) -> tuple[float, float]:
     for joint in parts:
         if not model.jnt_limited[joint]:
             raise InputError(f"{name}: joint {model.joint(joint).name} of the jaws has no range")
-    ends = gear * sum(share * model.jnt_range[joint] for joint, share in parts.items())
+    ends = gear * np.sum([share * model.jnt_range[joint] for joint, share in parts.items()], axis=0)
     return float(ends[0]), float(ends[1])
 
 

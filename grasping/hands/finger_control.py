@@ -8,13 +8,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from eyehand.errors import InputError
-
 from .closing import Closing, open_command, preshape_command
 from .fingertips import fingertip_contacts, off_face_contacts
 from .hand_control import HeldState
-from .hand_messages import HandReading
-from .hand_state import finger_curl, grip_width, is_holding
+from .hand_state import finger_curl, finger_reading, grip_width, is_holding
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -130,19 +127,3 @@ class FingerControl:
             ],
             dtype=np.intp,
         )
-
-
-def finger_reading(reading: AnyReading) -> HandReading:
-    """Return the reading of a hand with fingers.
-
-    Raises
-    ------
-    InputError
-        If it is that of a gripper with two jaws.
-    """
-    if not isinstance(reading, HandReading):
-        raise InputError(
-            "the reading of a hand with fingers must be a HandReading, got "
-            f"{type(reading).__name__}"
-        )
-    return reading
