@@ -30,6 +30,8 @@ MAX_SEED = 2**63 - 1
 """Rows store seeds as 64-bit integers."""
 DIGEST_LENGTH = 8
 """Length of the digest in the name of a default output folder."""
+JOBS_PER_CORE = 4
+"""Maximum processes per core. More only take memory."""
 QUICK_SCENES, QUICK_OBJECTS = 2, 2
 """Maximum scenes and objects of a quick run."""
 
@@ -79,8 +81,9 @@ def checked_scenes(scenes: int, seed: int, count: int, *, quick: bool) -> tuple[
 
 def checked_machines(jobs: int | None, cluster: str) -> Machines:
     """Check --jobs and --cluster."""
-    if jobs is not None and jobs < 1:
-        raise InputError(f"--jobs must be >= 1, got {jobs}")
+    most = JOBS_PER_CORE * core_count()
+    if jobs is not None and not 1 <= jobs <= most:
+        raise InputError(f"--jobs must be from 1 to {most} on {core_count()} cores, got {jobs}")
     if jobs is not None and cluster:
         raise InputError("--jobs is for local processes: leave it out with --cluster")
     if cluster:
