@@ -15,10 +15,10 @@ from ...bench.pareto import simplest_front
 from ...bench.pareto_chart import MIN_SHOWN_PCT, ChartPoint, ParetoChart
 from .conditions import check_condition
 from .dials import CONTROL, DEFAULT, PERCEPTION
-from .evaluate import RunPlan, exit_code, flat_rows, print_run_json, run_plan
 from .jobs import Condition, Family, run_grasp_trial
 from .row_store import PICK
 from .run_inputs import checked_machines, checked_scenes, trial_extras
+from .stored_run import RunPlan, exit_code, flat_rows, print_run_json, run_plan
 from .summary import by_row
 from .summary_table import grasp_table
 
