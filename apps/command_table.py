@@ -12,10 +12,6 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "eyehand.apps.grasp_command:grasp_command",
         "rank the grasps of a parallel gripper in a depth frame",
     ),
-    "calibrate": (
-        "eyehand.apps.calibrate:calibrate_command",
-        "find where a camera is mounted, from images of a board at several robot poses",
-    ),
     "fit": ("eyehand.apps.fit:fit_command", "fit the simplest solid to point clouds and meshes"),
     "synth": ("eyehand.apps.synth:synth", "make a synthetic tabletop frame with its ground truth"),
     "evaluate segmentation": (

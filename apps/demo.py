@@ -14,7 +14,6 @@ from eyehand.errors import InputError
 from eyehand.grasping import GraspPurpose
 
 from .console import print_json, say, show
-from .grasp.robot_choice import RobotChoice
 from .output_files import make_folder
 from .perception_demo import perception_demo
 
@@ -43,7 +42,8 @@ def demo(
     scene: Annotated[str, Parameter(name=("--scene", "--family"))] = "packed",
     purpose: GraspPurpose = "lift",
     failures: int | None = None,
-    robot: Annotated[RobotChoice | None, Parameter(name="*", group="Robot")] = None,
+    robot: Path | None = None,
+    hand_frame: str = "",
     video: bool = True,
     view: bool = False,
     port: int = DEFAULT_PORT,
@@ -77,7 +77,11 @@ def demo(
     failures
         Number of failed picks in a row that ends the demo (default 6; `evaluate grasp` uses 2).
     robot
-        The simulated robot.
+        MJCF file of another arm with its hand. For a hand whose motors drive joints,
+        robot.hand.json beside robot.xml describes the fingers.
+    hand_frame
+        With --robot: the site or body in the palm. Its z axis points out of the palm, its x axis
+        from the fingers to the thumb.
     video
         Record the film.
     view
@@ -107,6 +111,8 @@ def demo(
         )
     if camera is not None:
         raise InputError("--camera needs a frame: eyehand demo FRAME --camera FILE")
+    if (robot is None) != (not hand_frame):
+        raise InputError("--robot FILE and --hand-frame NAME must be given together")
     from eyehand.grasping import ClearOptions
 
     from .grasp.bench.trial import GraspTrial, trial_cell
@@ -121,7 +127,8 @@ def demo(
         objects=len(table.objects),
         purpose=purpose,
         objects_dir=table.folder,
-        **(robot or RobotChoice()).trial_fields(),
+        robot="" if robot is None else str(robot),
+        hand_frame=hand_frame,
     )
     ending = ClearOptions(failures=failures or FAILURES)
     # Building the cell validates scene and robot, so it comes before the first written file.

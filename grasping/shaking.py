@@ -66,4 +66,5 @@ def shake_off(cell: Cell, state: PickState) -> str:
 
 
 def _loaded_pads(cell: Cell) -> str:
-    return ", ".join(cell.hand.contacts(cell.reading.hand, HANGING_FORCE))
+    pads = zip(cell.robot.hand.pads, cell.reading.hand.forces, strict=True)
+    return ", ".join(pad for pad, force in pads if force > HANGING_FORCE)

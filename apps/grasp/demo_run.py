@@ -97,5 +97,5 @@ def run_demo(
         captures=recorder.captures(result.picks),
         report=report,
         result=result,
-        fingers=cell.hand.fingers,
+        fingers=cell.robot.hand.fingers,
     )

@@ -38,7 +38,7 @@ OTHERS = (
     Constant("select_objects", "MIN_FOOT_INSIDE"),
     Constant("above_support", "OVERHANG"),
     Constant("join_floating", "MAX_AREA"),
-    Constant("support_plane", "MIN_RIVAL_SCORE"),
+    Constant("select_supports", "MIN_RIVAL_SCORE"),
     Constant("support_plane", "TUKEY_WIDTH"),
 )
 """The main constants besides the log-odds."""

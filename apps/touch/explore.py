@@ -9,11 +9,9 @@ from typing import TYPE_CHECKING
 from eyehand.perception.io import write_cloud
 
 from ..bench import Experiment, ExperimentResult, result_table, run_experiment
-from .arm_rig import SensorName
 from .explore_picture import explore_picture
 from .explore_run import MAX_TILT_DEG, run_explore
 from .explore_truth import explore_rows
-from .trial_arguments import measure_with
 
 if TYPE_CHECKING:
     from ..bench import TrialPlan
@@ -25,7 +23,6 @@ WANTED_MM = 0.3
 def experiment_explore(
     *,
     seed: int = 0,
-    sensor: SensorName = "good",
     quick: bool = False,
     out: Path = Path("out/experiment_explore"),
     json: bool = False,
@@ -42,8 +39,6 @@ def experiment_explore(
     seed
         Seed of the object, the pads' electronics and their noise. The objects take turns: a dome
         with a ridge and a block, a smooth pebble, and a barrel with rims. From 3 on they vary.
-    sensor
-        Sensor model: ideal, good, real or harsh.
     quick
         Two lanes in each direction, faster, for a first look.
     out
@@ -51,12 +46,11 @@ def experiment_explore(
     json
         Print one JSON object on stdout. The table then goes to stderr.
     """
-    experiment = Experiment("explore", partial(measure_with, _measure, sensor))
-    return run_experiment(experiment, seed=seed, quick=quick, out=out, json=json)
+    return run_experiment(EXPLORE, seed=seed, quick=quick, out=out, json=json)
 
 
-def _measure(plan: TrialPlan, sensor: SensorName = "good") -> ExperimentResult:
-    run = run_explore(plan.seed, plan.quick, sensor)
+def _measure(plan: TrialPlan) -> ExperimentResult:
+    run = run_explore(plan.seed, plan.quick)
     rows = explore_rows(run)
     force_mean, force_std = float(run.forces.mean()), float(run.forces.std())
     table = result_table(
@@ -95,3 +89,6 @@ def _measure(plan: TrialPlan, sensor: SensorName = "good") -> ExperimentResult:
             "rim_below_top_mm": run.rim_mm,
         },
     )
+
+
+EXPLORE = Experiment("explore", _measure)

@@ -6,15 +6,7 @@
 from .closing import IDLE_OPENING, Closing, open_command, preshape_command
 from .grip_options import GripOptions
 from .hand_files import built_in_hands, load_hand, read_hand, write_hand
-from .hand_messages import (
-    AnyCommand,
-    AnyReading,
-    DriveMode,
-    HandCommand,
-    HandReading,
-    JawCommand,
-    JawReading,
-)
+from .hand_messages import DriveMode, HandCommand, HandReading
 from .hand_model import HandModel
 from .hand_names import PALM, PINCER_FINGER, THUMB
 from .hand_state import finger_curl, finger_forces, grip_width, is_holding
@@ -26,8 +18,6 @@ __all__ = [
     "PALM",
     "PINCER_FINGER",
     "THUMB",
-    "AnyCommand",
-    "AnyReading",
     "Closing",
     "DriveMode",
     "GripOptions",
@@ -36,8 +26,6 @@ __all__ = [
     "HandJoint",
     "HandModel",
     "HandReading",
-    "JawCommand",
-    "JawReading",
     "ParallelHand",
     "built_in_hands",
     "finger_curl",

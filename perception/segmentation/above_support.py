@@ -54,6 +54,10 @@ class SupportZone(NamedTuple):
     """Upper bounds in plan, (2,), m."""
     headroom: float
     """Maximum height of the readings below a higher support, m; 0 for the highest one."""
+    under_low: NDArray[np.float64]
+    """Lower bounds in plan of the readings below a higher support, (2,), m."""
+    under_high: NDArray[np.float64]
+    """Upper bounds, (2,), m."""
 
 
 def above_support(
@@ -63,8 +67,8 @@ def above_support(
 
     A candidate is above a support by more than ``MIN_HEIGHT``, the scatter of the support's own
     readings and its waves. In plan it is at most ``OVERHANG`` outside the support's bounds. Below
-    a higher support, such as the upper board of a shelf, it lies within the bounds of the lower
-    one and ends at least ``BOARD`` below the higher one. Without a support each reading within
+    a higher support, such as the upper board of a shelf, it lies within the bounds of both and
+    ends at least ``BOARD`` below the higher one. Without a support each reading within
     `max_range` m is a candidate.
     """
     depth = image.depth
@@ -76,7 +80,11 @@ def above_support(
     rays = (np.arange(k.width) - k.cx) / k.fx, (np.arange(k.height) - k.cy) / k.fy
     # The highest support is nearest to the camera and comes first. It hides what is below it.
     highest = inf
+    corners = np.empty((0, 3))
     for support in sorted(supports, key=lambda support: support.plane.offset):
+        # The image may cut off the lower board, so the bounds of the higher ones count too.
+        corners = np.vstack([corners, support.hull.astype(np.float64) @ support.axes])
+        under = corners @ support.axes.T
         zone = SupportZone(
             np.vstack([support.plane.normal, support.axes]),
             support.plane.offset,
@@ -88,6 +96,8 @@ def above_support(
             support.hull.min(axis=0).astype(np.float64) - OVERHANG,
             support.hull.max(axis=0).astype(np.float64) + OVERHANG,
             max(support.plane.offset - highest - BOARD, 0.0),
+            under.min(axis=0),
+            under.max(axis=0),
         )
         highest = support.plane.offset
         mark_above(depth, rays, zone, max_range, above, below)
@@ -124,6 +134,7 @@ def mark_above(depth, rays, zone, max_range, above, below):
     axes, offset, headroom = zone.axes, zone.offset, zone.headroom
     relative_band, min_height = zone.relative_band, zone.min_height
     left, right, front, back = zone.low[0], zone.high[0], zone.low[1], zone.high[1]
+    under_low, under_high = zone.under_low, zone.under_high
     nu, au, bu = axes[0, 0], axes[1, 0], axes[2, 0]
     for v in range(rows):
         n = axes[0, 1] * rays_v[v] + axes[0, 2]
@@ -140,8 +151,8 @@ def mark_above(depth, rays, zone, max_range, above, below):
             y = z * (b + bu * rays_u[u])
             reachable = (z > 0) & (z <= max_range)
             reachable &= (x >= left) & (x <= right) & (y >= front) & (y <= back)
-            under = (x >= left + OVERHANG) & (x <= right - OVERHANG)
-            under &= (y >= front + OVERHANG) & (y <= back - OVERHANG) & (height <= headroom)
+            under = (x >= under_low[0]) & (x <= under_high[0])
+            under &= (y >= under_low[1]) & (y <= under_high[1]) & (height <= headroom)
             reachable &= under | (not below_row[u])
             marked = above_row[u] | (reachable & (height > band))
             above_row[u] = marked

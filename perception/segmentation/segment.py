@@ -14,6 +14,7 @@ from .find_containers import find_containers, include_floors
 from .frame_checks import check_frame
 from .frame_noise import noise_profile
 from .freed_memory import reuse_freed_memory
+from .furniture_walls import find_faces, remove_faces
 from .grow_patches import grow_patches
 from .join_floating import join_floating
 from .join_fragments import join_fragments
@@ -21,6 +22,7 @@ from .join_open import fill_mouths, join_open
 from .join_patches import join_patches
 from .local_planes import fit_local_planes
 from .options import SegmentationOptions
+from .parallel_planes import flat_readings
 from .regions import relabel_by_size, relabel_with_reasons
 from .remove_walls import remove_walls
 from .result import Segmentation
@@ -69,7 +71,8 @@ def segment(frame: DepthFrame, options: SegmentationOptions | None = None) -> Se
     noise, profile = noise_profile(image.disparity, options.window)
     image = image._replace(noise=noise)
     clock.finish("noise")
-    supports = find_supports(image, options, profile)
+    readings = flat_readings(image, profile)
+    supports = find_supports(image, options, profile, readings)
     clock.finish("support")
     found, unknown = [], ()
     if supports:
@@ -80,6 +83,8 @@ def segment(frame: DepthFrame, options: SegmentationOptions | None = None) -> Se
         clock.finish("unknown")
     supports = include_floors(supports, found)
     above = above_support(image, supports, options.max_range)
+    if supports:
+        above = remove_faces(above, image, find_faces(readings, supports))
     for one in found:
         above = remove_walls(above, image, one)
     window = candidate_window(above, image.area(MIN_PATCH))

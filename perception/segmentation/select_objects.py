@@ -8,11 +8,12 @@ import numpy as np
 from numba import njit
 
 from .above_support import BOARD, OVERHANG
+from .hull_depth import depth_in_hull
 from .label_pixels import count_labels, pixels_by_label, renumber_labels
 from .median import median
 from .regions import HIGH_QUANTILE, LOW_QUANTILE, MAX_REGIONS
-from .support_plane import MIN_GAP
-from .walls import is_wall
+from .select_supports import MIN_GAP
+from .walls import is_board, is_side, is_wall
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -114,6 +115,10 @@ def select_objects(
 def _is_object(region: _Region, supports: list[Support], max_extent: float) -> bool:
     points, cut_points = region
     if not len(points):
+        return False
+    if any(is_board(points, support) for support in supports) or (
+        supports and is_side(points, supports)
+    ):
         return False
     low, high = _range(points)
     if np.linalg.norm(high - low) > max_extent:
@@ -242,24 +247,3 @@ def count_inner(pixels, labels):
         left, right = flat[max(pixel - 1, 0)], flat[min(pixel + 1, last)]
         count += (above == label) & (below == label) & (left == label) & (right == label)
     return count
-
-
-@njit(cache=True, nogil=True)
-def depth_in_hull(points, hull):
-    """Return the distances (N,) of points (N, 2) from the sides of a convex hull, > 0 inside."""
-    count = len(hull)
-    area = 0.0
-    for k in range(count):
-        ax, ay = np.float64(hull[k, 0]), np.float64(hull[k, 1])
-        bx, by = np.float64(hull[(k + 1) % count, 0]), np.float64(hull[(k + 1) % count, 1])
-        area += ax * by - ay * bx
-    turn = 1.0 if area >= 0 else -1.0
-    depths = np.full(len(points), np.inf)
-    for k in range(count):
-        ax, ay = np.float64(hull[k, 0]), np.float64(hull[k, 1])
-        sx, sy = hull[(k + 1) % count, 0] - ax, hull[(k + 1) % count, 1] - ay
-        scale = turn / max(np.sqrt(sx * sx + sy * sy), 1e-9)
-        for i in range(len(points)):
-            depth = ((points[i, 1] - ay) * sx - (points[i, 0] - ax) * sy) * scale
-            depths[i] = min(depths[i], depth)
-    return depths

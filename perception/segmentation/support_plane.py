@@ -13,6 +13,12 @@ from .frame_noise import NoiseProfile
 from .local_planes import MIN_WINDOW_SHARE, LocalPlanes, fit_centred_windows, plane_normals
 from .median import median
 from .result import SupportPlane
+from .select_supports import (
+    MIN_DISTANCE,
+    MIN_FIRST_AREA,
+    further_boards,
+    select_supports,
+)
 from .support_extent import Support, locate_support
 from .support_scatter import support_wave
 
@@ -20,6 +26,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from .options import SegmentationOptions
+    from .parallel_planes import FlatReadings
     from .working_image import WorkingImage
 
 CANDIDATES = 120
@@ -34,29 +41,6 @@ COARSE_SHARE = 0.5
 """Minimum share of such a window's pixels with readings."""
 COARSE_SIGMAS = 2.5
 """Maximum residual of a hypothesis' window, in σ. A larger one is a curved surface."""
-MAX_SUPPORTS = 4
-"""Maximum number of supports."""
-MIN_DISTANCE = 0.015
-"""Minimum distance between two supports, m."""
-MIN_AREA = 0.15
-"""Minimum visible area of a further support, m². Smaller parallel planes are faces of objects."""
-MIN_BOARD_AREA = 0.05
-"""The same for a plane at least ``MIN_GAP`` above or below the others, such as a board."""
-MIN_GAP = 0.2
-"""Minimum distance between boards, m."""
-MIN_FIRST_AREA = 0.015
-"""Minimum visible area of the first support, m²: a sheet of 0.15 x 0.10 m."""
-MIN_RIVAL_SCORE = 0.3
-"""Minimum score, relative to the best one, of a plane that can take the place of the best one."""
-MAX_TOP_AREA = 0.15
-"""Maximum area of the top of an object, m²."""
-MAX_TOP_HEIGHT = 0.25
-"""Maximum height of an object whose top is no support, m."""
-MAX_DROP = 0.6
-"""Height below another support from which a plane is the floor, m. The space above the floor around
-a table is not the work space."""
-MAX_SHELF_AREA = 1.0
-"""Maximum visible area of a support below the first one, m². A larger plane is the floor."""
 MAX_TILT = 0.35
 """Maximum angle between the normal and the vertical where the camera's pose is known, rad."""
 HEIGHT_TOLERANCE = 0.05
@@ -66,6 +50,10 @@ NEAR_SHARE = 0.35
 gripper in front of the lens would outweigh the table."""
 MAX_PROPOSED = 10
 """Maximum number of proposed planes."""
+MIN_TILTED_WEIGHT = 0.05
+"""Minimum weight, relative to the first plane, of a plane that is not parallel to it. A lower one
+is neither the support nor a rival of it: small faces show up to 5 times fewer samples than
+readings."""
 MIN_INLIERS = 12
 """Minimum number of samples that determine a plane."""
 MIN_SHARE = 0.008
@@ -86,6 +74,17 @@ MAD_TO_SIGMA = 1.4826
 """Ratio of standard deviation to median absolute deviation of a normal distribution."""
 
 
+class ProposedPlane(NamedTuple):
+    """A plane that may be a support."""
+
+    plane: SupportPlane
+    """The plane, camera frame."""
+    depth: float
+    """Median depth of its inliers, m."""
+    weight: float
+    """Sum of their weights."""
+
+
 class PlaneSamples(NamedTuple):
     """Readings on which candidate planes are scored."""
 
@@ -98,7 +97,10 @@ class PlaneSamples(NamedTuple):
 
 
 def find_supports(
-    image: WorkingImage, options: SegmentationOptions, noise: NoiseProfile | None = None
+    image: WorkingImage,
+    options: SegmentationOptions,
+    noise: NoiseProfile | None = None,
+    readings: FlatReadings | None = None,
 ) -> list[Support]:
     """Detect the planes that objects stand on, best first; empty when there is none.
 
@@ -125,56 +127,33 @@ def find_supports(
         radius = options.window // 2
         planes = LocalPlanes(*fit_centred_windows(image.disparity, radius, MIN_WINDOW_SHARE))
         proposed = _propose_planes(image, noise, planes, options.table_height)
-    located = [locate_support(plane, depth, image) for plane, depth in proposed]
+    located = [locate_support(one.plane, one.depth, image) for one in _relevant(proposed)]
     supports = [
         support
         for support in located
         if support is not None and support.area >= MIN_FIRST_AREA and support.score > 0
     ]
-    selected = _select_supports(sorted(supports, key=lambda support: -support.score))
+    supports.sort(key=lambda support: -support.score)
+    if supports and readings is not None:
+        supports += further_boards(readings, supports, image)
+    selected = select_supports(sorted(supports, key=lambda support: -support.score), image)
     return [one._replace(wave=support_wave(image, one, SUPPORT_SIGMAS)) for one in selected]
 
 
-def _select_supports(supports: list[Support]) -> list[Support]:
-    """Select the supports among planes that are sorted by score, best first."""
-    if not supports:
-        return []
-    normal = supports[0].plane.normal
-    parallel = [one for one in supports if abs(float(one.plane.normal @ normal)) > MIN_COSINE]
-    rivals = [one for one in parallel if one.score >= MIN_RIVAL_SCORE * supports[0].score]
-
-    def is_top(one: Support) -> bool:
-        return one.area < MAX_TOP_AREA and any(
-            0 < other.plane.offset - one.plane.offset < MAX_TOP_HEIGHT and other.area > one.area
-            for other in rivals
-        )
-
-    def is_floor(one: Support) -> bool:
-        return any(one.plane.offset - other.plane.offset > MAX_TOP_HEIGHT for other in rivals)
-
-    suitable = [one for one in rivals if not is_top(one) and not is_floor(one)]
-    first = suitable[0] if suitable else supports[0]
-    selected = [first]
-    for one in parallel:
-        apart = min(abs(one.plane.offset - other.plane.offset) for other in selected)
-        drop = one.plane.offset - first.plane.offset
-        shelf = drop < 0 or (drop <= MAX_DROP and one.area <= MAX_SHELF_AREA)
-        min_area = MIN_AREA if apart < MIN_GAP else MIN_BOARD_AREA
-        if shelf and apart > MIN_DISTANCE and one.area >= min_area:
-            selected.append(one)
-    rejected = [
+def _relevant(proposed: list[ProposedPlane]) -> list[ProposedPlane]:
+    """Return the planes without those that cannot be a support, nor a rival of one."""
+    return [
         one
-        for one in supports
-        if all(abs(one.plane.offset - other.plane.offset) > MIN_DISTANCE for other in selected)
+        for one in proposed
+        if one.weight >= MIN_TILTED_WEIGHT * proposed[0].weight
+        or float(one.plane.normal @ proposed[0].plane.normal) > MIN_COSINE
     ]
-    selected[0] = first._replace(runner_up=rejected[0] if rejected else None)
-    return selected[:MAX_SUPPORTS]
 
 
 def _propose_planes(
     image: WorkingImage, noise: NoiseProfile, planes: LocalPlanes, table_height: float | None
-) -> list[tuple[SupportPlane, float]]:
-    """Return up to ``MAX_PROPOSED`` planes with the median depths of their inliers.
+) -> list[ProposedPlane]:
+    """Return up to ``MAX_PROPOSED`` planes.
 
     `planes` are those of the image, or of a reduced image.
     """
@@ -201,13 +180,14 @@ def _propose_planes(
     offsets = -np.einsum("ij,ij->i", candidates, points[tried])
     # The weight of squared disparity prefers the table to a floor that fills more pixels.
     weights = 1.0 / np.maximum(z, NEAR_SHARE * float(median(z))) ** 2
-    proposed: list[tuple[SupportPlane, float]] = []
+    proposed: list[ProposedPlane] = []
     free = np.ones(rows.size, bool)
     tolerance = SUPPORT_SIGMAS * noise.at(1.0 / z)
     samples = PlaneSamples(1.0 / z, rays, sample_normals)
     votes = plane_inliers(candidates, offsets, samples, tolerance)
     for _ in range(MAX_PROPOSED):
-        best = int(np.argmax(votes @ (weights * free)))
+        scores = votes @ (weights * free)
+        best = int(np.argmax(scores))
         inliers = (votes[best] > 0) & free
         if inliers.sum() < max(MIN_INLIERS, MIN_SHARE * rows.size):
             break
@@ -216,7 +196,7 @@ def _propose_planes(
         if plane_fit is None:
             continue
         plane, inliers = plane_fit
-        proposed.append((plane, float(median(z[inliers]))))
+        proposed.append(ProposedPlane(plane, float(median(z[inliers])), float(scores[best])))
         # Remove the whole neighbourhood of the plane, so that its edge does not win next.
         free &= np.abs(points @ plane.normal + plane.offset) > MIN_DISTANCE
     return proposed

@@ -25,6 +25,9 @@ NEAR = 0.008
 LOW_QUANTILE = 0.02
 """Quantile of the mean heights of the blocks that measures waves. Only low blocks are used, because
 high ones may show flat objects."""
+MAX_SLOPE = 0.75
+"""Maximum change of the height along the rows of a block, relative to that of an upright face. The
+front edge of a board is an upright face within ``NEAR`` of the board."""
 DEFAULT_WAVE = 0.003
 """Waves that are assumed where too few blocks are visible, m."""
 
@@ -50,7 +53,11 @@ def support_wave(image: WorkingImage, support: Support, sigmas: float) -> float:
     side = image.length(BLOCK)
     band = sigmas * plane.tolerance / support.depth**2
     means = block_heights(
-        image.depth, (slope_u, slope_v), plane.offset, band, (side, max(side // SAMPLES_ACROSS, 1))
+        image.depth,
+        (slope_u, slope_v),
+        plane.offset,
+        (band, MAX_SLOPE * (side // 2) / k.fy),
+        (side, max(side // SAMPLES_ACROSS, 1)),
     )
     means = means[np.isfinite(means)]
     if means.size < MIN_BLOCKS:
@@ -59,7 +66,7 @@ def support_wave(image: WorkingImage, support: Support, sigmas: float) -> float:
 
 
 @njit(cache=True, nogil=True)
-def block_heights(depth, slopes, offset, band, steps):
+def block_heights(depth, slopes, offset, limits, steps):
     """Return the mean height of each block, divided by squared depth; NaN = not on the support.
 
     Parameters
@@ -70,19 +77,22 @@ def block_heights(depth, slopes, offset, band, steps):
         Parts of n·ray that depend on the column (W,) and on the row (H,).
     offset
         Offset of the plane, m.
-    band
-        Half width of the band around the plane, divided by squared depth, 1/m.
+    limits
+        Half width of the band around the plane, divided by squared depth, 1/m; maximum difference
+        of the heights of the two halves of a block, divided by depth.
     steps
         Side of a block, and distance of its samples, px.
     """
     slope_u, slope_v = slopes
     side, step = steps
+    band, max_difference = limits
+    middle = side // 2
     down, across = depth.shape[0] // side, depth.shape[1] // side
     means = np.full((down, across), np.nan)
     count = ((side + step - 1) // step) ** 2
     for k in range(down):
         for m in range(across):
-            near, total = 0, 0.0
+            near, total, lower, upper, reach = 0, 0.0, 0.0, 0.0, 0.0
             for v in range(k * side, (k + 1) * side, step):
                 for u in range(m * side, (m + 1) * side, step):
                     z = np.float64(depth[v, u])
@@ -90,6 +100,12 @@ def block_heights(depth, slopes, offset, band, steps):
                     if z > 0 and abs(height) < max(band * z * z, NEAR):
                         near += 1
                         total += height / (z * z)
-            if near >= MIN_SHARE * count:
+                        reach += z
+                        if v - k * side < middle:
+                            upper += height
+                        else:
+                            lower += height
+            level = abs(upper - lower) < 0.5 * max_difference * reach
+            if near >= MIN_SHARE * count and level:
                 means[k, m] = total / near
     return means

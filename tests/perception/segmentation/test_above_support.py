@@ -46,13 +46,14 @@ def support(x, y, z=0.0, tolerance=0.0) -> Support:
 def reference(frame, supports, max_range):
     """Mark candidates with NumPy, from the highest support down.
 
-    Points in or under a higher support are candidates of a lower one if they lie within its bounds
-    and end below the higher one.
+    Points in or under a higher support are candidates of a lower one if they lie within the bounds
+    of both and end below the higher one.
     """
     points = frame.intrinsics.rays() * frame.depth[..., None].astype(float)
     in_range = frame.valid & (frame.depth <= max_range)
     above, below = np.zeros((2, *frame.depth.shape), bool)
     highest = np.inf
+    hulls = []
     for item in sorted(supports, key=lambda item: item.plane.offset):
         band = SUPPORT_SIGMAS * item.plane.tolerance * (points[..., 2] / item.depth) ** 2
         band = np.maximum(band, BAND_WAVES * item.wave * points[..., 2] ** 2)
@@ -61,7 +62,9 @@ def reference(frame, supports, max_range):
         low, high = item.hull.min(axis=0), item.hull.max(axis=0)
         inside = in_range & np.all((plan >= low - OVERHANG) & (plan <= high + OVERHANG), axis=-1)
         height = item.plane.height(points)
-        under = np.all((plan >= low) & (plan <= high), axis=-1)
+        hulls.append(item.hull @ item.axes)
+        corners = np.concatenate(hulls) @ item.axes.T
+        under = np.all((plan >= corners.min(axis=0)) & (plan <= corners.max(axis=0)), axis=-1)
         under &= height <= max(item.plane.offset - highest - BOARD, 0.0)
         highest = item.plane.offset
         inside &= ~below | under

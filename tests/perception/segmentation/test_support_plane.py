@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from synthetic_solids import CAMERA_HEIGHT, TABLE_AXES, Ball, Box, Plate, exact_image, solid_frame
 
 from eyehand.perception import CameraIntrinsics, DepthFrame, SegmentationOptions
-from eyehand.perception.segmentation import support_plane
+from eyehand.perception.segmentation import select_supports
 from eyehand.perception.segmentation.frame_noise import noise_profile
 from eyehand.perception.segmentation.support_plane import (
     MIN_COSINE,
@@ -100,7 +100,7 @@ def test_table_and_shelf_are_supports_nearer_first():
 def test_small_horizontal_plane_is_no_second_support(monkeypatch):
     box = Box(0.1, 0.55, (0.35, 0.3, 0.1))
     assert support_heights([box], (TABLE,)) == pytest.approx([0.0], abs=1e-3)
-    monkeypatch.setattr(support_plane, "MIN_AREA", 0.03)
+    monkeypatch.setattr(select_supports, "MIN_AREA", 0.03)
     assert support_heights([box], (TABLE,)) == pytest.approx([0.0, 0.1], abs=1e-3)
 
 

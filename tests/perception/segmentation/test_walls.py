@@ -6,7 +6,13 @@ from synthetic_solids import CAMERA_HEIGHT, TABLE_AXES
 
 from eyehand.perception.segmentation import SupportPlane
 from eyehand.perception.segmentation.support_extent import Support
-from eyehand.perception.segmentation.walls import MAX_BEHIND, MIN_LENGTH, is_wall
+from eyehand.perception.segmentation.walls import (
+    MAX_BEHIND,
+    MIN_LENGTH,
+    is_board,
+    is_side,
+    is_wall,
+)
 
 ORIGIN = -CAMERA_HEIGHT * TABLE_AXES[2]
 EDGE = 1.0
@@ -45,3 +51,44 @@ def test_long_face_at_edge_is_wall(lean):
 )
 def test_other_faces_are_no_walls(points):
     assert not is_wall(points, table_support())
+
+
+def strip(x, length, height, low=0.0):
+    """Return readings of a face of some length along y, or of a point-like one, camera frame."""
+    y, z = np.meshgrid(np.linspace(0.5, 0.5 + length, 15), np.linspace(low, low + height, 12))
+    points = np.column_stack([np.full(y.size, x), y.ravel(), z.ravel()])
+    return points @ TABLE_AXES + ORIGIN
+
+
+def test_thin_face_beside_the_support_is_a_side():
+    assert is_side(strip(0.32, 0.2, 0.25), [table_support()])
+    assert is_side(strip(0.32, 0.02, 0.25), [table_support()])
+
+
+@pytest.mark.parametrize(
+    "points",
+    [strip(0.2, 0.2, 0.25), strip(0.32, 0.2, 0.05), strip(0.5, 0.2, 0.25), np.zeros((0, 3))],
+    ids=["on the support", "low", "far away", "no readings"],
+)
+def test_other_faces_are_no_sides(points):
+    assert not is_side(points, [table_support()])
+
+
+def board(length, height, low):
+    """Return readings of the front edge of a board, camera frame."""
+    x, z = np.meshgrid(np.linspace(-length / 2, length / 2, 40), np.linspace(low, low + height, 5))
+    return np.column_stack([x.ravel(), np.full(x.size, 0.5), z.ravel()]) @ TABLE_AXES + ORIGIN
+
+
+@pytest.mark.parametrize(
+    ("length", "height", "low", "expected"),
+    [
+        (0.6, 0.02, 0.25, True),
+        (0.25, 0.02, 0.25, False),
+        (0.6, 0.06, 0.25, False),
+        (0.6, 0.02, 0.02, False),
+    ],
+    ids=["board", "short", "high", "on the support"],
+)
+def test_board_above_a_support(length, height, low, expected):
+    assert is_board(board(length, height, low), table_support()) is expected
