@@ -12,6 +12,10 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "eyehand.apps.grasp_command:grasp_command",
         "rank the grasps of a parallel gripper in a depth frame",
     ),
+    "hand describe": (
+        "eyehand.apps.hand_describe:hand_describe",
+        "describe the gripper of an MJCF or URDF file for eyehand grasp",
+    ),
     "fit": ("eyehand.apps.fit:fit_command", "fit the simplest solid to point clouds and meshes"),
     "synth": ("eyehand.apps.synth:synth", "make a synthetic tabletop frame with its ground truth"),
     "evaluate segmentation": (
@@ -109,6 +113,7 @@ ALIASES: dict[str, str] = {
 """Second name → command, so that every stage can be evaluated and charted under its own name."""
 
 GROUPS: dict[str, str] = {
+    "hand": "describe grippers",
     "evaluate": "measure a stage against known truth",
     "chart": "chart a stage's speed against its accuracy",
     "stress": "make a stage's task harder until it breaks, and chart where",

@@ -25,6 +25,11 @@ def say(message: str) -> None:
     print(message, file=sys.stderr, flush=True)
 
 
+def print_text(text: str) -> None:
+    """Print text on stdout."""
+    print(text, flush=True)
+
+
 def show(table: Table, *, json_wanted: bool) -> None:
     """Print a table on stdout, or on stderr if stdout is reserved for JSON."""
     from rich.console import Console

@@ -5,13 +5,14 @@
 
 from .closing import IDLE_OPENING, Closing, open_command, preshape_command
 from .grip_options import GripOptions
-from .hand_files import built_in_hands, load_hand, read_hand, write_hand
+from .hand_files import built_in_hands, hand_json, load_hand, read_hand, write_hand
 from .hand_messages import DriveMode, HandCommand, HandReading
 from .hand_model import HandModel
 from .hand_names import PALM, PINCER_FINGER, THUMB
 from .hand_state import finger_curl, finger_forces, grip_width, is_holding
 from .nominal_hand import nominal_hand
-from .parallel_hand import HandBox, HandJoint, ParallelHand, generic_jaw
+from .parallel_hand import HandBox, HandJoint, ParallelHand, ToolPose, generic_jaw
+from .robot_file import DescribedHand, FileChoices, describe_hand
 
 __all__ = [
     "IDLE_OPENING",
@@ -19,7 +20,9 @@ __all__ = [
     "PINCER_FINGER",
     "THUMB",
     "Closing",
+    "DescribedHand",
     "DriveMode",
+    "FileChoices",
     "GripOptions",
     "HandBox",
     "HandCommand",
@@ -27,11 +30,14 @@ __all__ = [
     "HandModel",
     "HandReading",
     "ParallelHand",
+    "ToolPose",
     "built_in_hands",
+    "describe_hand",
     "finger_curl",
     "finger_forces",
     "generic_jaw",
     "grip_width",
+    "hand_json",
     "is_holding",
     "load_hand",
     "nominal_hand",

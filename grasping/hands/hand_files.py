@@ -1,23 +1,7 @@
 """Load the description of a hand by its name or from a JSON file.
 
-The file holds one object. Lengths are in m, forces in N, boxes in the tool frame of
-:class:`.ParallelHand`::
-
-    {
-      "schema": "eyehand.hand/1",       required
-      "kind": "parallel",               required
-      "name": "panda",                  required
-      "stroke": 0.08,                   required: maximum opening
-      "finger_boxes": [{"low": [x, y, z], "high": [x, y, z]}, …],   required: the jaw at +x
-      "finger_depth": 0.044,            required
-      "pad_width": 0.017, "pad_height": 0.018,                      required
-      "palm_boxes": [box, …],           required
-      "min_opening": 0.0, "force": [10, 70], "camera_boxes": [box, …],
-      "mount_distance": 0.112, "tip_advance": 0.0,
-      "senses": ["width", "effort", "pad_forces", "tactile"],
-      "joints": [{"name": text, "open": position, "closed": position}, …],    m or rad
-      "source": "text", "checked": true, "notes": "text"
-    }
+docs/hand_description.md describes the fields of the file, and descriptions/schema.json is its JSON
+schema.
 """
 
 from __future__ import annotations
@@ -29,8 +13,9 @@ from pathlib import Path
 from typing import Any
 
 from eyehand.errors import InputError
+from eyehand.perception.io import atomic_write
 
-from .parallel_hand import HandBox, HandJoint, ParallelHand, generic_jaw
+from .parallel_hand import KINDS, HandBox, HandJoint, ParallelHand, ToolPose, generic_jaw
 
 SCHEMA = "eyehand.hand/1"
 """Value of ``schema`` in a hand's file."""
@@ -39,13 +24,20 @@ FOLDER = Path(__file__).parent / "descriptions"
 GENERIC = "generic"
 """Name of the hand of :func:`.generic_jaw` with its default sizes."""
 
+MAX_BETWEEN = 1000
+"""Maximum number of positions of a joint."""
+MAX_BYTES = 1_000_000
+"""Maximum size of a hand's file."""
+
 _BOXES = ("finger_boxes", "palm_boxes", "camera_boxes")
-_TEXTS = ("name", "source", "notes")
+_TEXTS = ("name", "kind", "pre_shape", "source", "notes")
 
 
 def built_in_hands() -> tuple[str, ...]:
     """Return the names of the built-in hands in alphabetical order."""
-    return tuple(sorted([*(path.stem for path in FOLDER.glob("*.json")), GENERIC]))
+    return tuple(
+        sorted([*(path.stem for path in FOLDER.glob("*.json") if path.stem != "schema"), GENERIC])
+    )
 
 
 def load_hand(name_or_path: str | Path) -> ParallelHand:
@@ -78,10 +70,7 @@ def read_hand(path: Path | str) -> ParallelHand:
     InputError
         If the file cannot be read, or a value is missing or invalid.
     """
-    try:
-        data = json.loads(Path(path).read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise InputError(f"{path}: cannot read a hand: {error}") from None
+    data = _read_json(Path(path))
     try:
         return _hand(data)
     except InputError as error:
@@ -90,8 +79,43 @@ def read_hand(path: Path | str) -> ParallelHand:
 
 def write_hand(hand: ParallelHand, path: Path | str) -> None:
     """Write a hand to a JSON file that `read_hand` reads."""
-    data = {"schema": SCHEMA, "kind": "parallel", **asdict(hand)}
-    Path(path).write_text(json.dumps(data, indent=2) + "\n", encoding="utf-8")
+    with atomic_write(Path(path)) as temporary:
+        temporary.write_text(hand_json(hand) + "\n", encoding="utf-8")
+
+
+def hand_json(hand: ParallelHand) -> str:
+    """Return the text of a hand's JSON file."""
+    values = asdict(hand)
+    kind = values.pop("kind")
+    given = {name: value for name, value in values.items() if value != () and value is not None}
+    for joint in given.get("joints", ()):
+        if not joint["between"]:
+            del joint["between"]
+    return json.dumps({"schema": SCHEMA, "kind": kind, **given}, indent=2)
+
+
+def _read_json(path: Path) -> Any:
+    try:
+        if path.exists() and not path.is_file():
+            raise InputError(
+                f"{path} must be a hand's .json file, but it is a folder, FIFO or device"
+            )
+        size = path.stat().st_size
+        if size > MAX_BYTES:
+            raise InputError(
+                f"{path} has {size / 1e6:.0f} MB; the file of a hand has at most "
+                f"{MAX_BYTES / 1e6:.0f} MB"
+            )
+        return json.loads(path.read_text(encoding="utf-8"))
+    except InputError:
+        raise
+    except OSError as error:
+        raise InputError(f"{path}: cannot read a hand: {error.strerror}") from None
+    except (ValueError, RecursionError) as error:
+        hint = ""
+        if path.suffix.lower() in (".xml", ".urdf"):
+            hint = f"; describe it first: eyehand hand describe {path} --output hand.json"
+        raise InputError(f"{path}: this is no hand's .json file: {error}{hint}") from None
 
 
 @cache
@@ -102,10 +126,12 @@ def _built_in(name: str) -> ParallelHand:
 def _hand(data: Any) -> ParallelHand:
     if not isinstance(data, dict) or data.get("schema") != SCHEMA:
         raise InputError(f"'schema' must be {SCHEMA!r}")
-    if data.get("kind") != "parallel":
-        raise InputError(f"'kind' must be 'parallel', got {data.get('kind')!r}")
+    if data.get("kind") not in KINDS:
+        raise InputError(
+            f"'kind' must be {' or '.join(map(repr, KINDS))}, got {data.get('kind')!r}"
+        )
     known = {item.name: item for item in fields(ParallelHand)}
-    given = {key: value for key, value in data.items() if key not in ("schema", "kind")}
+    given = {key: value for key, value in data.items() if key != "schema"}
     unknown = sorted(set(given) - set(known))
     if unknown:
         raise InputError(f"unknown keys {', '.join(unknown)}; valid are {', '.join(known)}")
@@ -137,6 +163,12 @@ def _value(key: str, value: Any) -> Any:
         if not isinstance(value, list) or not all(isinstance(item, str) for item in value):
             raise InputError(f"'senses' must be a list of names, got {value!r}")
         return tuple(value)
+    if key == "tool":
+        return _tool(value)
+    if key == "moving_jaws":
+        if value not in (1, 2) or isinstance(value, bool):
+            raise InputError(f"'moving_jaws' must be 1 or 2, got {value!r}")
+        return value
     if key == "force":
         low, high = _numbers(key, value, 2)
         return low, high
@@ -150,15 +182,35 @@ def _box(key: str, data: Any) -> HandBox:
     return HandBox((low[0], low[1], low[2]), (high[0], high[1], high[2]))
 
 
+def _tool(data: Any) -> ToolPose:
+    if (
+        not isinstance(data, dict)
+        or set(data) != {"body", "position", "quat_wxyz"}
+        or not isinstance(data["body"], str)
+    ):
+        raise InputError(f"'tool' must have 'body', 'position' and 'quat_wxyz', got {data!r}")
+    x, y, z = _numbers("position", data["position"], 3)
+    qw, qx, qy, qz = _numbers("quat_wxyz", data["quat_wxyz"], 4)
+    return ToolPose(data["body"], (x, y, z), (qw, qx, qy, qz))
+
+
 def _joint(data: Any) -> HandJoint:
     if (
         not isinstance(data, dict)
-        or set(data) != {"name", "open", "closed"}
+        or set(data) | {"between"} != {"name", "open", "closed", "between"}
         or not isinstance(data["name"], str)
     ):
-        raise InputError(f"a joint must have 'name', 'open' and 'closed', got {data!r}")
+        raise InputError(
+            f"a joint must have 'name', 'open' and 'closed', and may have 'between', got {data!r}"
+        )
     at_open, at_closed = (_numbers(key, [data[key]], 1)[0] for key in ("open", "closed"))
-    return HandJoint(data["name"], at_open, at_closed)
+    between = data.get("between", [])
+    if not isinstance(between, list) or len(between) > MAX_BETWEEN:
+        raise InputError(
+            f"'between' of joint {data['name']!r} must be a list of at most {MAX_BETWEEN} numbers"
+        )
+    positions = tuple(_numbers("between", between, len(between)))
+    return HandJoint(data["name"], at_open, at_closed, positions)
 
 
 def _numbers(key: str, value: Any, count: int) -> list[float]:

@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 
 SENSES = ("width", "effort", "pad_forces", "tactile")
 """What a gripper can measure: the opening, the motor's force, the force of each pad, images."""
+KINDS = ("parallel", "fingers")
+"""A gripper with two jaws, and a hand of fingers of which some oppose the others as two jaws."""
 
 
 @dataclass(frozen=True)
@@ -44,8 +46,33 @@ class HandBox:
 
 
 @dataclass(frozen=True)
+class ToolPose:
+    """The tool frame of the closed hand in a body of the robot's file.
+
+    Raises
+    ------
+    InputError
+        If a number is not finite, or the quaternion has no length.
+    """
+
+    body: str
+    """Name of the body or link."""
+    position: tuple[float, float, float]
+    """Origin of the tool frame, m."""
+    quat_wxyz: tuple[float, float, float, float]
+    """Rotation of the tool frame, w first."""
+
+    def __post_init__(self) -> None:
+        numbers = (*self.position, *self.quat_wxyz)
+        if len(self.position) != 3 or len(self.quat_wxyz) != 4 or not any(self.quat_wxyz):
+            raise InputError("a tool pose must have 3 numbers and a quaternion of 4")
+        if not all(math.isfinite(value) for value in numbers):
+            raise InputError(f"a tool pose must be finite, got {list(numbers)}")
+
+
+@dataclass(frozen=True)
 class HandJoint:
-    """A joint of the gripper in its ROS driver. Its position is linear in the opening.
+    """A joint of the gripper in its ROS driver.
 
     Raises
     ------
@@ -59,12 +86,21 @@ class HandJoint:
     """Position at the maximum opening, m or rad."""
     closed: float
     """Position at opening 0, m or rad."""
+    between: tuple[float, ...] = ()
+    """Positions at equally spaced openings between those two, from closed to open, m or rad.
+    Without them the position is linear in the opening."""
 
     def __post_init__(self) -> None:
-        if not (math.isfinite(self.open) and math.isfinite(self.closed)):
+        if not all(math.isfinite(value) for value in (self.open, self.closed, *self.between)):
             raise InputError(
-                f"positions of joint {self.name!r} must be finite, got {self.open}, {self.closed}"
+                f"positions of joint {self.name!r} must be finite, got {self.open}, {self.closed}, "
+                f"{list(self.between)}"
             )
+
+    def at(self, share: float) -> float:
+        """Return the position at a share of the maximum opening, m or rad."""
+        positions = (self.closed, *self.between, self.open)
+        return float(np.interp(share, np.linspace(0.0, 1.0, len(positions)), positions))
 
 
 @dataclass(frozen=True)
@@ -106,7 +142,17 @@ class ParallelHand:
     """Distance from the mounting face of the arm to the origin along z, m."""
     tip_advance: float = 0.0
     """Distance that the fingertips move forwards from the open to the closed hand, m. The origin is
-    at the tips of the closed hand."""
+    where the tips are farthest: those of the closed hand, if they move forwards."""
+    moving_jaws: int = 2
+    """Number of jaws that move, 2 or 1. With 1 the jaw at -x stands still, and the tool frame moves
+    by half the opening along x in the hand."""
+    kind: str = "parallel"
+    """One of `KINDS`."""
+    pre_shape: str = ""
+    """Posture in which the fingers of a hand of kind "fingers" are two jaws. `joints` says how it
+    closes."""
+    tool: ToolPose | None = None
+    """Where the tool frame is in the robot's file."""
     senses: tuple[str, ...] = ("width", "effort")
     """What the hand measures: some of `SENSES`."""
     joints: tuple[HandJoint, ...] = ()
@@ -127,6 +173,14 @@ class ParallelHand:
             raise InputError(
                 f"hand {self.name}: min_opening must be from 0 to the stroke {self.stroke} m, "
                 f"got {self.min_opening}"
+            )
+        if self.kind not in KINDS:
+            raise InputError(
+                f"hand {self.name}: kind must be {' or '.join(KINDS)}, got {self.kind!r}"
+            )
+        if self.moving_jaws not in (1, 2):
+            raise InputError(
+                f"hand {self.name}: moving_jaws must be 1 or 2, got {self.moving_jaws}"
             )
         low, high = self.force
         if not 0.0 <= low <= high or not 0.0 < high < math.inf:
@@ -162,10 +216,7 @@ class ParallelHand:
 
     def joint_positions(self, opening: float) -> NDArray[np.float64]:
         """Return the positions of `joints` at an opening in m, (n,), m or rad."""
-        share = opening / self.stroke
-        return np.array(
-            [joint.closed + share * (joint.open - joint.closed) for joint in self.joints]
-        )
+        return np.array([joint.at(opening / self.stroke) for joint in self.joints])
 
     def fixed_boxes(self) -> NDArray[np.float64]:
         """Return low and high corners of palm and camera, (n, 2, 3), m."""

@@ -36,7 +36,7 @@ def test_unknown_name_lists_the_valid_ones():
     ("change", "message"),
     [
         ({"schema": "x"}, "schema"),
-        ({"kind": "fingers"}, "kind"),
+        ({"kind": "claw"}, "kind.* must be .parallel. or .fingers., got .claw."),
         ({"stroke": -0.1}, "stroke must be 0 to 1 m, got -0.1"),
         ({"stroke": "wide"}, "'stroke' must be a number, got 'wide'"),
         ({"colour": 1}, "unknown keys colour"),

@@ -1,0 +1,316 @@
+"""Describe the gripper of an MJCF or URDF file as a `ParallelHand`."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from eyehand.errors import InputError
+
+from ..parallel_hand import HandBox, HandJoint, ParallelHand, ToolPose
+from .jaw_boxes import camera_boxes, finger_boxes, palm_boxes, tool_origin
+from .jaw_force import jaw_force
+from .jaw_motion import between_jaws, jaw_motion
+from .links import Links, find_branches, find_palm, root_body
+from .posing import Posing, find_drives
+from .read_model import read_model
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from .jaw_motion import JawMotion
+
+FORCE_WITHOUT_LIMIT = (0.0, 40.0)
+"""Closing force that is assumed where the file does not limit it, N."""
+MIN_GAP = 6e-3
+"""Least distance between the pads at which the space between them is measured, m."""
+CURVED = 0.01
+"""Share of a joint's range by which a straight line may differ from its positions."""
+BETWEEN = 9
+"""Positions that are listed for a joint that does not move linearly with the opening."""
+MIN_TURN = math.radians(3.0)
+"""Turn of the pads that is reported."""
+
+
+@dataclass(frozen=True)
+class FileChoices:
+    """What a file may leave open.
+
+    Raises
+    ------
+    InputError
+        If a range or force is out of order.
+    """
+
+    palm: str | None = None
+    """Body on which the jaws move; None to find it."""
+    tcp: str | None = None
+    """Site or body at the fingertips, or an axis of the palm's body such as ``+x``; None to find
+    the direction."""
+    joint_range: tuple[float, float] | None = None
+    """Range of joints that have none, m or rad."""
+    force: tuple[float, float] | None = None
+    """Minimum and maximum closing force of each jaw, N; None to take that of the motor."""
+    package_dirs: tuple[Path, ...] = ()
+    """Folders with ROS packages."""
+    name: str | None = None
+    """Name of the hand; None for that of the file."""
+
+    def __post_init__(self) -> None:
+        for option, pair in (("--range", self.joint_range), ("--force", self.force)):
+            if pair is not None and not (
+                all(math.isfinite(value) for value in pair) and pair[0] < pair[1]
+            ):
+                raise InputError(
+                    f"{option} must be two finite numbers, the less first, "
+                    f"got {pair[0]:g} {pair[1]:g}"
+                )
+
+
+# Arrays have no truth value: equality is identity.
+@dataclass(frozen=True, eq=False)
+class DescribedHand:
+    """A gripper read from a file."""
+
+    hand: ParallelHand
+    """Its description."""
+    remarks: tuple[str, ...]
+    """What was assumed, one line each."""
+    opened: NDArray[np.float64]
+    """Triangles of the open gripper in the tool frame, (T, 3, 3), m."""
+    closed: NDArray[np.float64]
+    """The same closed."""
+
+
+def describe_hand(path: Path | str, choices: FileChoices | None = None) -> DescribedHand:
+    """Describe the gripper in an MJCF or URDF file, alone or on an arm.
+
+    Jaws are found by joints that move together, and by branches. All shapes of a finger count:
+    those that collide, or those for display where nothing collides.
+
+    Parameters
+    ----------
+    path
+        The file.
+    choices
+        What the file may leave open; None for nothing.
+
+    Raises
+    ------
+    InputError
+        If the file is invalid, holds no gripper, or leaves something open. The message names the
+        option that decides it.
+    DeviceError
+        If MuJoCo cannot be loaded.
+    """
+    choices = choices or FileChoices()
+    path = Path(path)
+    links = Links(read_model(path, choices.package_dirs))
+    try:
+        palm = find_palm(links, choices.palm)
+        branches = find_branches(links, palm)
+        joints = links.joints(link for branch in branches for link in branch)
+        drives = find_drives(links, joints, choices.joint_range)
+        motion = jaw_motion(Posing(links, joints, drives), palm, branches, choices.tcp)
+        return _described(path, motion, choices)
+    except InputError as error:
+        text = str(error)
+        raise InputError(text if text.startswith("--") else f"{path}: {text}") from None
+
+
+def _described(path: Path, motion: JawMotion, choices: FileChoices) -> DescribedHand:
+    gaps = np.maximum(motion.gaps, 0.0)
+    pad_low, pad_high, pad_bottom = _pads(motion)
+    origin = tool_origin(motion, 0.5 * (pad_low + pad_high))
+    remarks = []
+    force = choices.force
+    if force is None:
+        found = jaw_force(motion)
+        if found is None:
+            force = FORCE_WITHOUT_LIMIT
+            remarks.append(
+                f"the file does not limit the closing force: {force[0]:g} to {force[1]:g} N are "
+                "assumed; --force LOW HIGH sets it"
+            )
+        else:
+            force = (0.0, round(found, 1))
+    turn = _turned(motion)
+    if turn > MIN_TURN:
+        remarks.append(
+            f"the pads turn by {math.degrees(turn):.0f}° while they close; the opening is that of "
+            "the narrowest place"
+        )
+    if len(motion.pads) == 1:
+        remarks.append(
+            "one jaw moves; the tool frame moves by half the opening along x in the hand"
+        )
+    tool = _tool_pose(motion, origin)
+    palm = _hand_boxes(palm_boxes(motion, origin))
+    hand = ParallelHand(
+        name=choices.name or _plain_name(path),
+        stroke=_rounded(gaps[0]),
+        min_opening=_rounded(gaps[-1]) if gaps[-1] > 5e-4 else 0.0,
+        finger_boxes=_hand_boxes(finger_boxes(motion, origin)),
+        finger_depth=_rounded(_depth(motion, pad_low, pad_high, palm)),
+        pad_width=_rounded(pad_high - pad_low),
+        pad_height=_rounded(pad_bottom),
+        palm_boxes=palm,
+        camera_boxes=_hand_boxes(camera_boxes(motion, origin)),
+        force=force,
+        mount_distance=_rounded(_mount_distance(motion, origin)),
+        tip_advance=_rounded(float(motion.tips[-1] - motion.tips[0])),
+        moving_jaws=len(motion.pads),
+        tool=tool,
+        joints=_joints(motion),
+        source=f"{path.name}, read by eyehand hand describe",
+        checked=True,
+        notes="; ".join(remarks),
+    )
+    return DescribedHand(
+        hand, tuple(remarks), _shown(motion, 0, origin), _shown(motion, -1, origin)
+    )
+
+
+def _pads(motion: JawMotion) -> tuple[float, float, float]:
+    """Return least y, greatest y and height of the area in which both pads oppose each other, m."""
+    extents = [motion.pad_extent(side, len(motion.path) - 1) for side in (0, 1)]
+    low, high = max(e[0] for e in extents), min(e[1] for e in extents)
+    height = float(motion.tips[-1]) - max(e[2] for e in extents)
+    if high <= low or height <= 0:
+        raise InputError("no gripper is found: the pads of the jaws do not oppose each other")
+    return low, high, height
+
+
+def _depth(motion: JawMotion, low: float, high: float, palm: Sequence[HandBox]) -> float:
+    """Return the least distance over the stroke from the tips to what lies between the jaws, m."""
+    depths = []
+    for posture in range(0, len(motion.path), 5):
+        if posture and motion.gaps[posture] < max(MIN_GAP, 0.25 * motion.gaps[0]):
+            continue
+        front = between_jaws(motion, posture, low, high)
+        depths.append(float(motion.tips[posture]) - max(front, _finger_base(motion, posture)))
+    reach = min(depths)
+    in_front = [
+        box.high[2]
+        for box in palm
+        if box.low[0] < 0.4 * motion.gaps[0] and box.high[0] > -0.4 * motion.gaps[0]
+    ]
+    # The boxes of a linkage are those of all postures, and the origin is at the farthest tips.
+    free = -max(in_front, default=-np.inf) - float(np.ptp(motion.tips))
+    return min(reach, free) if free > 0 else reach
+
+
+def _finger_base(motion: JawMotion, posture: int) -> float:
+    motion.posed(posture)
+    return float(motion.of_links(motion.pads[0])[:, :, 2].min())
+
+
+def _turned(motion: JawMotion) -> float:
+    """Return the angle by which a pad turns from open to closed, rad."""
+    data, link = motion.shapes.posing.data, motion.pads[0][0]
+    frames = []
+    for posture in (0, len(motion.path) - 1):
+        motion.posed(posture)
+        frames.append(data.xmat[link].reshape(3, 3).copy())
+    return float(np.arccos(np.clip(0.5 * (np.trace(frames[0].T @ frames[1]) - 1.0), -1.0, 1.0)))
+
+
+def _tool_pose(motion: JawMotion, origin: NDArray[np.float64]) -> ToolPose:
+    """Return the pose of the tool frame in the palm's body."""
+    from scipy.spatial.transform import Rotation
+
+    quaternion = Rotation.from_matrix(motion.axes).as_quat(canonical=True, scalar_first=True)
+    w, x, y, z = (round(float(value), 6) + 0.0 for value in quaternion)
+    px, py, pz = motion.axes @ origin
+    body = motion.shapes.posing.model.body(motion.shapes.base).name
+    return ToolPose(
+        body,
+        (_rounded(px), _rounded(py), _rounded(pz)),
+        (w, x, y, z),
+    )
+
+
+def _mount_distance(motion: JawMotion, origin: NDArray[np.float64]) -> float:
+    """Return the distance along z from the gripper's first frame to the tool frame, m."""
+    shapes = motion.shapes
+    model, data = shapes.posing.model, shapes.posing.data
+    root = root_body(shapes.links, shapes.palm)
+    motion.posed(0)
+    turn, place = shapes.base_pose()
+    # A file without an arm puts the mounting face at its own origin.
+    alone = int(model.body_parentid[root]) == 0 or root == 0
+    start = np.zeros(3) if alone else data.xpos[root]
+    return float(origin[2] - ((start - place) @ turn) @ motion.axes[:, 2])
+
+
+def _joints(motion: JawMotion) -> tuple[HandJoint, ...]:
+    """Return the joints of the gripper with limits that move, with their positions."""
+    model = motion.shapes.posing.model
+    links = motion.shapes.links
+    drives = motion.shapes.posing.drives.joints
+    coupled = {
+        int(joint)
+        for e in range(model.neq)
+        if int(model.eq_type[e]) == 2
+        for joint in (model.eq_obj1id[e], model.eq_obj2id[e])
+    }
+    openings = np.maximum(motion.gaps, 0.0)
+    order = np.argsort(openings, kind="stable")
+    found = []
+    for joint in links.joints(motion.shapes.link_geoms):
+        if joint not in drives and joint not in coupled:
+            continue
+        positions = motion.path[:, model.jnt_qposadr[joint]]
+        opened, closed = float(positions[0]), float(positions[-1])
+        if abs(opened - closed) < 1e-4:
+            continue
+        # Positions at opening 0 are extrapolated for jaws that do not close.
+        rest = openings[-1] / max(openings[0] - openings[-1], 1e-9)
+        closed_at_zero = closed + rest * (closed - opened)
+        line = closed_at_zero + openings / openings[0] * (opened - closed_at_zero)
+        between: tuple[float, ...] = ()
+        if np.abs(line - positions).max() > CURVED * abs(opened - closed):
+            asked = np.linspace(0.0, openings[0], BETWEEN + 2)[1:-1]
+            values = np.interp(asked, openings[order], positions[order])
+            between = tuple(round(float(value), 5) for value in values)
+        name = model.joint(joint).name or f"joint {joint}"
+        found.append(
+            HandJoint(name, round(opened, 5), round(float(closed_at_zero), 5) + 0.0, between)
+        )
+    return tuple(found)
+
+
+def _shown(motion: JawMotion, posture: int, origin: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the triangles of the gripper in the tool frame at a posture, (T, 3, 3), m."""
+    motion.posed(posture)
+    links = [link for side in motion.jaws.sides for link in side]
+    middle = np.array([motion.faces[posture].mean(), *origin[1:]])
+    return np.concatenate([motion.fixed(), motion.of_links(links)]) - middle
+
+
+def _hand_boxes(
+    boxes: Sequence[tuple[NDArray[np.float64], NDArray[np.float64]]],
+) -> tuple[HandBox, ...]:
+    return tuple(
+        HandBox(
+            (_rounded(low[0]), _rounded(low[1]), _rounded(low[2])),
+            (_rounded(high[0]), _rounded(high[1]), _rounded(high[2])),
+        )
+        for low, high in boxes
+    )
+
+
+def _rounded(value: float) -> float:
+    """Return a length rounded to 0.1 mm."""
+    return round(float(value), 4) + 0.0
+
+
+def _plain_name(path: Path) -> str:
+    return re.sub(r"[^\w-]+", "_", path.stem) or "hand"

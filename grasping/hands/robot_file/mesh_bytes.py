@@ -1,0 +1,181 @@
+"""Contents of mesh files in a format that MuJoCo reads: binary STL and OBJ."""
+
+from __future__ import annotations
+
+import struct
+from typing import TYPE_CHECKING
+from xml.etree import ElementTree
+
+import numpy as np
+
+from eyehand.errors import InputError
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+MAX_MESH_BYTES = 200_000_000
+"""Maximum size of a mesh file."""
+READABLE = ".stl, .obj, .dae"
+
+
+def mesh_bytes(path: Path) -> tuple[str, bytes]:
+    """Return the suffix and the contents of a mesh; text STL and COLLADA become binary STL.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, or its format is not one of STL, OBJ and COLLADA.
+    """
+    try:
+        if path.stat().st_size > MAX_MESH_BYTES:
+            raise InputError(f"mesh {path} is larger than {MAX_MESH_BYTES / 1e6:.0f} MB")
+        content = path.read_bytes()
+    except OSError as error:
+        raise InputError(f"cannot read the mesh {path}: {error.strerror}") from None
+    suffix = path.suffix.lower()
+    if suffix == ".obj":
+        return suffix, content
+    if suffix == ".stl":
+        if _is_binary_stl(content):
+            return suffix, content
+        return suffix, _binary_stl(_text_stl(path, content))
+    if suffix == ".dae":
+        return ".stl", _binary_stl(_collada(path, content))
+    raise InputError(f"mesh {path} has the format {suffix or 'none'}; readable are {READABLE}")
+
+
+def _is_binary_stl(content: bytes) -> bool:
+    if len(content) < 84:
+        return False
+    (count,) = struct.unpack_from("<I", content, 80)
+    return len(content) >= 84 + 50 * count and not (
+        content[:5] == b"solid" and b"facet" in content[:1000]
+    )
+
+
+def _text_stl(path: Path, content: bytes) -> NDArray[np.float64]:
+    """Return the triangles (T, 3, 3) of a text STL."""
+    words = [line.split()[1:4] for line in content.splitlines() if line.split()[:1] == [b"vertex"]]
+    try:
+        corners = np.array(words, dtype=np.float64).reshape(-1, 3, 3)
+    except ValueError:
+        raise InputError(f"mesh {path} is no valid STL file") from None
+    if not len(corners) or not np.isfinite(corners).all():
+        raise InputError(f"mesh {path} has no triangles, or corners that are not finite")
+    return corners
+
+
+def _binary_stl(corners: NDArray[np.float64]) -> bytes:
+    """Encode triangles (T, 3, 3) as binary STL."""
+    record = np.zeros(
+        len(corners), [("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")]
+    )
+    record["corners"] = corners
+    return b"\0" * 80 + struct.pack("<I", len(corners)) + record.tobytes()
+
+
+def _collada(path: Path, content: bytes) -> NDArray[np.float64]:
+    """Return the triangles (T, 3, 3) of a COLLADA file, m, with z up.
+
+    Read are triangles and polygons of geometries that the scene places. Skins and lines are not.
+    """
+    try:
+        root = ElementTree.fromstring(content)
+        for element in root.iter():
+            element.tag = str(element.tag).rpartition("}")[2]
+        unit = root.find("asset/unit")
+        scale = 1.0 if unit is None else float(unit.get("meter", "1"))
+        meshes = {
+            str(one.get("id")): _collada_mesh(mesh)
+            for one in root.iter("geometry")
+            for mesh in one.findall("mesh")
+        }
+        placed: list[NDArray[np.float64]] = []
+        for scene in root.iter("visual_scene"):
+            for node in scene.findall("node"):
+                _place(node, np.eye(4), meshes, placed)
+        corners = np.concatenate(placed or list(meshes.values()))
+    except (ElementTree.ParseError, ValueError, KeyError, IndexError, AttributeError) as error:
+        raise InputError(f"mesh {path} is no COLLADA file that can be read: {error}") from None
+    if not len(corners) or not np.isfinite(corners).all():
+        raise InputError(f"mesh {path} has no triangles, or corners that are not finite")
+    up = root.findtext("asset/up_axis", "Y_UP").strip()
+    if up == "Y_UP":
+        corners = corners[..., [0, 2, 1]] * [1.0, -1.0, 1.0]
+    return corners * scale
+
+
+def _collada_mesh(mesh: ElementTree.Element) -> NDArray[np.float64]:
+    sources = {}
+    for source in mesh.findall("source"):
+        array = source.find("float_array")
+        if array is not None:
+            sources[f"#{source.get('id')}"] = np.array((array.text or "").split(), dtype=np.float64)
+    for vertices in mesh.findall("vertices"):
+        for item in vertices.findall("input"):
+            if item.get("semantic") == "POSITION":
+                sources[f"#{vertices.get('id')}"] = sources[str(item.get("source"))]
+    parts = [np.zeros((0, 3, 3))]
+    for piece in (*mesh.findall("triangles"), *mesh.findall("polylist")):
+        inputs = piece.findall("input")
+        width = 1 + max(int(item.get("offset", "0")) for item in inputs)
+        vertex = next(item for item in inputs if item.get("semantic") == "VERTEX")
+        points = sources[str(vertex.get("source"))].reshape(-1, 3)
+        index = np.array((piece.findtext("p") or "").split(), dtype=np.int64).reshape(-1, width)
+        corners = points[index[:, int(vertex.get("offset", "0"))]]
+        counts = piece.findtext("vcount")
+        parts.append(
+            corners.reshape(-1, 3, 3) if counts is None else _fans(corners, counts.split())
+        )
+    return np.concatenate(parts)
+
+
+def _fans(corners: NDArray[np.float64], counts: list[str]) -> NDArray[np.float64]:
+    """Cut polygons into triangles (T, 3, 3)."""
+    triangles, start = [np.zeros((0, 3, 3))], 0
+    for count in map(int, counts):
+        polygon = corners[start : start + count]
+        start += count
+        if count >= 3:
+            first = np.broadcast_to(polygon[0], (count - 2, 3))
+            triangles.append(np.stack([first, polygon[1:-1], polygon[2:]], axis=1))
+    return np.concatenate(triangles)
+
+
+def _place(
+    node: ElementTree.Element,
+    above: NDArray[np.float64],
+    meshes: dict[str, NDArray[np.float64]],
+    placed: list[NDArray[np.float64]],
+) -> None:
+    """Add the geometries of a node and its children, in the scene's frame."""
+    pose = above.copy()
+    for step in node:
+        numbers = (
+            np.array((step.text or "").split() or [0.0], dtype=np.float64)
+            if (step.tag in ("matrix", "translate", "rotate", "scale"))
+            else np.zeros(0)
+        )
+        if step.tag == "matrix":
+            pose = pose @ numbers.reshape(4, 4)
+        elif step.tag == "translate":
+            move = np.eye(4)
+            move[:3, 3] = numbers
+            pose = pose @ move
+        elif step.tag == "scale":
+            pose = pose @ np.diag([*numbers, 1.0])
+        elif step.tag == "rotate":
+            from scipy.spatial.transform import Rotation
+
+            turn = np.eye(4)
+            axis = numbers[:3] / max(float(np.linalg.norm(numbers[:3])), 1e-12)
+            turn[:3, :3] = Rotation.from_rotvec(np.deg2rad(numbers[3]) * axis).as_matrix()
+            pose = pose @ turn
+    for item in node.findall("instance_geometry"):
+        corners = meshes.get(str(item.get("url")).lstrip("#"))
+        if corners is not None:
+            placed.append(corners @ pose[:3, :3].T + pose[:3, 3])
+    for child in node.findall("node"):
+        _place(child, pose, meshes, placed)

@@ -1,0 +1,132 @@
+"""Prepare a URDF for MuJoCo: mesh files, links without collision shapes, and loops."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+from urllib.parse import unquote, urlparse
+from xml.etree import ElementTree
+
+from eyehand.errors import InputError
+
+from .mesh_bytes import mesh_bytes
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+COMPILER = {
+    "discardvisual": "false",
+    "strippath": "false",
+    "fusestatic": "false",
+    "boundmass": "1e-6",
+    "boundinertia": "1e-9",
+    "balanceinertia": "true",
+}
+"""Options of MuJoCo's compiler. Shapes for display stay, because a link can have no others."""
+
+
+@dataclass(frozen=True)
+class Urdf:
+    """A URDF that MuJoCo reads without a file system."""
+
+    text: str
+    """The XML text."""
+    meshes: dict[str, bytes]
+    """Contents of the mesh files by their names in the text."""
+    sources: dict[str, str]
+    """Path of each of them in the original file, for messages."""
+
+
+def prepared_urdf(
+    path: Path, root: ElementTree.Element, package_dirs: Sequence[Path | str]
+) -> Urdf:
+    """Return a URDF with its meshes, and without shapes for display beside collision shapes.
+
+    Raises
+    ------
+    InputError
+        If a mesh is missing, the links form a loop, or the file is a xacro.
+    """
+    if any("xacro" in str(element.tag) for element in root.iter()):
+        raise InputError(f"{path} is a xacro file; expand it first: xacro {path.name} > robot.urdf")
+    _check_tree(path, root)
+    folders = [Path(folder) for folder in package_dirs]
+    listed = os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep)
+    folders += [Path(folder) for folder in listed if folder]
+    found: dict[str, str] = {}
+    meshes: dict[str, bytes] = {}
+    for link in root.findall("link"):
+        if link.find("collision") is not None:
+            for visual in link.findall("visual"):
+                link.remove(visual)
+        for mesh in link.iter("mesh"):
+            given = mesh.get("filename", "")
+            if given not in found:
+                file = _mesh_file(path, str(link.get("name")), given, folders)
+                suffix, content = mesh_bytes(file)
+                found[given] = f"mesh_{len(found)}{suffix}"
+                meshes[found[given]] = content
+            mesh.set("filename", found[given])
+    for old in root.findall("mujoco"):
+        root.remove(old)
+    own = ElementTree.SubElement(root, "mujoco")
+    ElementTree.SubElement(own, "compiler", COMPILER)
+    text = ElementTree.tostring(root, encoding="unicode")
+    return Urdf(text, meshes, {name: given for given, name in found.items()})
+
+
+def _mesh_file(path: Path, link: str, given: str, folders: list[Path]) -> Path:
+    """Return the file of a mesh path of a URDF."""
+    parsed = urlparse(given)
+    above = list(path.resolve().parents)
+    if parsed.scheme in ("package", "model"):
+        package, inside = parsed.netloc, unquote(parsed.path).lstrip("/")
+        places = [
+            place
+            for folder in (*folders, *above)
+            for place in (
+                folder / package / inside,
+                *([folder / inside] if folder.resolve().name == package else []),
+            )
+        ]
+        hint = f"; --package-dir must name the folder that holds the package {package!r}"
+    elif parsed.scheme == "file":
+        places, hint = [Path(unquote(parsed.path))], ""
+    else:
+        places, hint = [path.parent / given, *(folder / given for folder in folders)], ""
+    for place in places:
+        if place.is_file():
+            return place
+    if not given:
+        raise InputError(f"{path}: a mesh of link {link!r} has no filename")
+    raise InputError(f"{path}: the mesh {given} of link {link!r} is missing{hint}")
+
+
+def _check_tree(path: Path, root: ElementTree.Element) -> None:
+    """Check that every link has one parent, and that one link has none."""
+    links = {str(link.get("name")) for link in root.findall("link")}
+    if not links:
+        raise InputError(f"{path}: the URDF has no <link>")
+    parent: dict[str, str] = {}
+    for joint in root.findall("joint"):
+        name = joint.get("name")
+        ends = [joint.find(tag) for tag in ("parent", "child")]
+        above, below = ("" if end is None else end.get("link", "") for end in ends)
+        for end in (above, below):
+            if end not in links:
+                raise InputError(f"{path}: joint {name!r} names the link {end!r}, which is missing")
+        if below in parent:
+            raise InputError(
+                f"{path}: link {below!r} has two parents, {parent[below]!r} and {above!r}; the "
+                "joints of a URDF must form a tree: write closed loops as an MJCF with <connect>"
+            )
+        parent[below] = above
+    for link in links:
+        walked, now = {link}, parent.get(link)
+        while now is not None:
+            if now in walked:
+                raise InputError(f"{path}: the joints form a loop through link {now!r}")
+            walked.add(now)
+            now = parent.get(now)
