@@ -16,6 +16,10 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "eyehand.apps.hand_describe:hand_describe",
         "describe the gripper of an MJCF or URDF file for eyehand grasp",
     ),
+    "calibrate": (
+        "eyehand.apps.calibrate:calibrate_command",
+        "find where a camera is mounted, from images of a board at several robot poses",
+    ),
     "fit": ("eyehand.apps.fit:fit_command", "fit the simplest solid to point clouds and meshes"),
     "synth": ("eyehand.apps.synth:synth", "make a synthetic tabletop frame with its ground truth"),
     "evaluate segmentation": (

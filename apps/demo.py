@@ -14,6 +14,7 @@ from eyehand.errors import InputError
 from eyehand.grasping import GraspPurpose
 
 from .console import print_json, say, show
+from .grasp.robot_choice import RobotChoice
 from .output_files import make_folder
 from .perception_demo import perception_demo
 
@@ -42,8 +43,7 @@ def demo(
     scene: Annotated[str, Parameter(name=("--scene", "--family"))] = "packed",
     purpose: GraspPurpose = "lift",
     failures: int | None = None,
-    robot: Path | None = None,
-    hand_frame: str = "",
+    robot: Annotated[RobotChoice | None, Parameter(name="*", group="Robot")] = None,
     video: bool = True,
     view: bool = False,
     port: int = DEFAULT_PORT,
@@ -77,11 +77,7 @@ def demo(
     failures
         Number of failed picks in a row that ends the demo (default 6; `evaluate grasp` uses 2).
     robot
-        MJCF file of another arm with its hand. For a hand whose motors drive joints,
-        robot.hand.json beside robot.xml describes the fingers.
-    hand_frame
-        With --robot: the site or body in the palm. Its z axis points out of the palm, its x axis
-        from the fingers to the thumb.
+        The simulated robot.
     video
         Record the film.
     view
@@ -111,8 +107,6 @@ def demo(
         )
     if camera is not None:
         raise InputError("--camera needs a frame: eyehand demo FRAME --camera FILE")
-    if (robot is None) != (not hand_frame):
-        raise InputError("--robot FILE and --hand-frame NAME must be given together")
     from eyehand.grasping import ClearOptions
 
     from .grasp.bench.trial import GraspTrial, trial_cell
@@ -127,8 +121,7 @@ def demo(
         objects=len(table.objects),
         purpose=purpose,
         objects_dir=table.folder,
-        robot="" if robot is None else str(robot),
-        hand_frame=hand_frame,
+        **(robot or RobotChoice()).trial_fields(),
     )
     ending = ClearOptions(failures=failures or FAILURES)
     # Building the cell validates scene and robot, so it comes before the first written file.

@@ -15,6 +15,7 @@ from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any, get_args
 
 from .command_table import ALIASES, COMMANDS, EXTRAS, GROUPS, NEEDED, RENAMED
+from .kernel_folder import ensure_kernel_folder
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -39,6 +40,7 @@ def main(arguments: list[str] | None = None) -> None:
             stream.reconfigure(errors="replace")
     # Threads of BLAS do not speed up small matrices, and they slow down shared cores.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    ensure_kernel_folder()
     sys.exit(_run(arguments))
 
 

@@ -1,6 +1,6 @@
 """The control basis: tasks by priority, mapped to joint velocities among obstacles.
 
-Equation numbers refer to Haschke's chapter (see the README).
+Equation numbers refer to Haschke's chapter.
 """
 
 from .approach import ApproachController, ControlStep

@@ -10,6 +10,9 @@ from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.control import RobotModel
 
+from .hands import ParallelHand
+from .hands.finger_control import FingerControl
+from .hands.jaw_control import JawControl
 from .pick_options import PickOptions
 from .report import PhaseRecord
 
@@ -20,7 +23,8 @@ if TYPE_CHECKING:
 
     from eyehand.perception import DepthFrame, Scene
 
-    from .hands import HandCommand
+    from .hands import AnyCommand, HandModel
+    from .hands.hand_control import HandControl
     from .plan import GraspPlan
     from .report import Phase
     from .robot import Robot, RobotReading
@@ -68,6 +72,8 @@ class Cell:
     on_cycle: Callable[[CycleInfo], None] | None = None
 
     def __post_init__(self) -> None:
+        self.hand: HandControl = hand_control(self.robot.hand)
+        """Commands and senses of the hand."""
         self.reading: RobotReading = self.robot.read()
         """State of the robot after the last cycle."""
         self.layer_tops: list[float] = []
@@ -85,11 +91,10 @@ class Cell:
         self.forces: list[NDArray[np.float64]] = []
         """Recorded forces, each (F + 1,), N."""
         self._models: dict[tuple[float, ...], RobotModel] = {}
-        self._finger_of_pad = _finger_of_pad(self.robot.hand.pads, self.robot.hand.fingers)
 
-    def model(self, excursions: NDArray[np.float64]) -> RobotModel:
-        """Return the model of arm and hand at given tendon excursions (D,), m."""
-        key = tuple(np.round(excursions, 4).tolist())
+    def model(self, posture: NDArray[np.float64]) -> RobotModel:
+        """Return the model of arm and hand in a posture of the hand (`HandControl.posture`)."""
+        key = tuple(np.round(posture, 4).tolist())
         if key not in self._models:
             robot = self.robot
             described = robot.description(np.array(key))
@@ -129,12 +134,11 @@ class Cell:
         self.records.append(PhaseRecord(self.phase, start, self.reading.time, outcome))
 
     def step(
-        self, velocity: NDArray[np.float64], command: HandCommand | None = None
+        self, velocity: NDArray[np.float64], command: AnyCommand | None = None
     ) -> RobotReading:
         """Move for one control period at joint velocities (n,), rad/s."""
         self.reading = reading = self.robot.step(velocity, command)
-        force = np.zeros(len(self.robot.hand.fingers) + 1)
-        np.add.at(force, self._finger_of_pad, reading.hand.forces)
+        force = self.hand.forces(reading.hand)
         self.times.append(reading.time)
         self.forces.append(force)
         if self.on_cycle is not None:
@@ -144,7 +148,7 @@ class Cell:
     def wait(
         self,
         seconds: float,
-        command: Callable[[RobotReading], HandCommand | None] | HandCommand | None = None,
+        command: Callable[[RobotReading], AnyCommand | None] | AnyCommand | None = None,
     ) -> RobotReading:
         """Keep the arm still for a time, or until the robot has a fault.
 
@@ -162,16 +166,9 @@ class Cell:
         return self.reading
 
     def _model_with_open_hand(self) -> RobotModel:
-        hand = self.robot.hand
-        return self.model(hand.excursions_at(hand.max_opening))
+        return self.model(self.hand.posture(self.hand.max_opening))
 
 
-def _finger_of_pad(pads: tuple[str, ...], fingers: tuple[str, ...]) -> NDArray[np.intp]:
-    """Return the number of the finger of each pad, (P,); pads of the palm get ``len(fingers)``."""
-    return np.array(
-        [
-            next((k for k, finger in enumerate(fingers) if pad.startswith(finger)), len(fingers))
-            for pad in pads
-        ],
-        dtype=np.intp,
-    )
+def hand_control(hand: HandModel | ParallelHand) -> HandControl:
+    """Return the commands and senses of a hand."""
+    return JawControl(hand) if isinstance(hand, ParallelHand) else FingerControl(hand)

@@ -12,7 +12,6 @@ from eyehand.errors import InputError
 
 from .frame_fusion import fuse_frames
 from .grasp_selection import FailedGrasps, GraspSelection, grasp_key, select_grasp
-from .hands import open_command
 from .motion import execute, unexpected_contact
 from .obstacles import scene_obstacles
 from .pick import pick
@@ -265,15 +264,14 @@ def observe(cell: Cell) -> tuple[Scene | None, float, str]:
 def move_home(cell: Cell, scene: Scene) -> bool:
     """Move the arm to its rest posture with the hand open; return whether it got there."""
     options = cell.options
-    hand = cell.robot.hand
     world = CollisionWorld(
-        cell.model(hand.excursions_at(hand.max_opening)),
+        cell.model(cell.hand.posture(cell.hand.max_opening)),
         (*scene_obstacles(scene), cell.tray.as_box(cell.tray_height)),
     )
     control = replace(options.control, dt=cell.robot.period, tolerance=HOME_TOLERANCE)
     posture = Posture(cell.home, speed=HOME_SPEED)
     controller = PlannedApproach(world, (posture,), control, options.planner)
-    command = open_command(hand)
+    command = cell.hand.opened()
     result = execute(
         cell,
         controller,

@@ -20,6 +20,7 @@ from eyehand.control.tasks import (
 from eyehand.errors import InputError
 
 from .approach_tasks import approach_tasks
+from .hands import ParallelHand
 from .palm_placement import place_palm
 
 if TYPE_CHECKING:
@@ -32,7 +33,9 @@ HAND_AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 """Axes of the hand frame: from fingers to thumb, along the row of fingers, out of the palm."""
 
 
-def control_tasks(plan: GraspPlan, hand: HandModel, retreat: float = 0.0) -> tuple[Task, ...]:
+def control_tasks(
+    plan: GraspPlan, hand: HandModel | ParallelHand, retreat: float = 0.0
+) -> tuple[Task, ...]:
     """Return the control tasks of a grasp, or of a pose at a distance from it.
 
     The tasks refer to the hand frame, whose origin is the middle of the palm and whose z axis
@@ -57,10 +60,12 @@ def control_tasks(plan: GraspPlan, hand: HandModel, retreat: float = 0.0) -> tup
     InputError
         If the plan is a refusal, or ``retreat`` is negative or not finite.
     """
-    if plan.prototype is None or plan.geometry is None:
+    if plan.prototype is None:
         raise InputError(f"a refused grasp has no approach: {plan.reason}")
     if not 0.0 <= retreat < np.inf:
         raise InputError(f"retreat must be a finite distance >= 0 m, got {retreat}")
+    if plan.geometry is None or isinstance(hand, ParallelHand):
+        return tuple(control_task(task, retreat) for task in plan.tasks)
     # Touch may have shifted the plan's tasks.
     geometry = plan.geometry
     centre = plan.tasks[0].point if plan.tasks else geometry.centre

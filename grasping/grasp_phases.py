@@ -10,14 +10,12 @@ import numpy as np
 from eyehand.control.tasks import Position
 
 from .control_tasks import control_tasks
-from .hands import Closing, preshape_command
-from .hands.fingertips import off_face_contacts
 from .motion import RAMP_SECONDS, execute, remaining_distance, unexpected_contact
 from .pick_state import PhaseFailure, PickState
 
 if TYPE_CHECKING:
     from .cell import Cell
-    from .hands import HandCommand, HandReading
+    from .hands import AnyCommand
     from .robot import RobotReading
 
 SLIPPED_OUT = "the object left the closing hand"
@@ -51,9 +49,8 @@ GRIP_SECONDS = 0.15
 
 def pre_grasp(cell: Cell, state: PickState) -> PhaseFailure | None:
     """Move the pre-shaped hand to the pre-grasp, with as few task rows as symmetry allows."""
-    hand = cell.robot.hand
-    tasks = control_tasks(state.plan, hand, state.retreat(cell))
-    shape = preshape_command(hand, state.plan.opening, state.prototype)
+    tasks = control_tasks(state.plan, cell.robot.hand, state.retreat(cell))
+    shape = cell.hand.preshape(state.plan.opening, state.prototype)
     _leave_tray(cell, state, shape)
     near_since = np.inf
 
@@ -77,7 +74,7 @@ def pre_grasp(cell: Cell, state: PickState) -> PhaseFailure | None:
     return PhaseFailure("stuck", f"before the grasp: {result.reason}")
 
 
-def _leave_tray(cell: Cell, state: PickState, shape: HandCommand) -> None:
+def _leave_tray(cell: Cell, state: PickState, shape: AnyCommand) -> None:
     """Move the hand horizontally until it is beside the tray.
 
     A direct motion to the object would lower the hand behind a wall of the tray.
@@ -87,8 +84,7 @@ def _leave_tray(cell: Cell, state: PickState, shape: HandCommand) -> None:
         return
     target = state.grasp.target.points.mean(axis=0)
     level = Position(np.array([target[0], target[1], palm[2]]))
-    hand = cell.robot.hand
-    half_hand = 0.5 * max(hand.outer_width(state.plan.opening), hand.row_width)
+    half_hand = cell.hand.half_width(state.plan.opening)
 
     def stop(reading: RobotReading) -> str:
         beside = tray.distance(cell.palm_pose().translation) > half_hand
@@ -120,9 +116,9 @@ def approach(cell: Cell, state: PickState) -> PhaseFailure | None:
             return PhaseFailure("stuck", f"at the grasp: {result.reason}")
         reading = cell.reading.hand
         # A touch on the inner faces of the fingers means that the object is between them.
-        if not off_face_contacts(reading, hand, TOUCH_FORCE):
+        if not cell.hand.touches_outside(reading, TOUCH_FORCE):
             return None
-        side = _touched_side(cell, reading)
+        side = cell.hand.touched_side(reading, TOUCH_FORCE)
         if retry == MAX_RETRIES:
             reason = f"{result.reason} touched something {distance * 1e3:.0f} mm before the grasp"
             return PhaseFailure("no_contact", reason)
@@ -135,7 +131,7 @@ def approach(cell: Cell, state: PickState) -> PhaseFailure | None:
 def contact(cell: Cell, state: PickState) -> PhaseFailure | None:
     """Prepare the closing; for a power grasp, move on until the palm touches the object."""
     grip = replace(cell.options.grip, load=state.plan.mass[-1])
-    state.closing = Closing(cell.robot.hand, state.prototype, state.plan.opening, grip)
+    state.closing = cell.hand.closing(state.prototype, state.plan.opening, grip)
     if state.prototype != "power":
         return None
     palm = cell.palm_pose()
@@ -153,7 +149,7 @@ def close(cell: Cell, state: PickState) -> PhaseFailure | None:
         if failure is None or failure.reason != SLIPPED_OUT or regrasp == MAX_REGRASPS:
             return failure
         _shift(cell, state, side)
-        shape = preshape_command(cell.robot.hand, state.plan.opening, state.prototype)
+        shape = cell.hand.preshape(state.plan.opening, state.prototype)
         if not _back_off(cell, state, shape):
             return failure
         again = approach(cell, state) or contact(cell, state)
@@ -175,11 +171,14 @@ def _close_once(cell: Cell, state: PickState) -> tuple[PhaseFailure | None, floa
         cell.step(still, closing.step(cell.reading.hand, cell.robot.period))
         touched = touched or closing.touched
         if _touched_pads(cell, cell.reading):
-            side = _touched_side(cell, cell.reading.hand)
-        if closing.state in ("holding", "empty"):
+            side = cell.hand.touched_side(cell.reading.hand, TOUCH_FORCE)
+        if closing.state in ("holding", "empty", "stalled"):
             break
     if closing.state == "holding":
         return None, side
+    if closing.state == "stalled":
+        width = 1e3 * cell.hand.width(cell.reading.hand)
+        return PhaseFailure("hand_stalled", f"the hand stopped at {width:.0f} mm"), side
     reason = SLIPPED_OUT if touched else "the hand closed without an object"
     return PhaseFailure("empty_close", reason), side
 
@@ -197,7 +196,7 @@ def _shift(cell: Cell, state: PickState, side: float) -> None:
     state.offset = state.offset + OFFSET_STEP * side * closing_axis
 
 
-def _back_off(cell: Cell, state: PickState, shape: HandCommand | None = None) -> bool:
+def _back_off(cell: Cell, state: PickState, shape: AnyCommand | None = None) -> bool:
     """Move back to the pre-grasp; return whether it was reached."""
     tasks = control_tasks(state.plan, cell.robot.hand, state.retreat(cell))
     controller = state.near(cell, tasks, APPROACH_SPEED)
@@ -207,13 +206,4 @@ def _back_off(cell: Cell, state: PickState, shape: HandCommand | None = None) ->
 
 def _touched_pads(cell: Cell, reading: RobotReading) -> str:
     """Return the names of the pads in contact; empty without contact."""
-    touched = reading.hand.forces > TOUCH_FORCE
-    return ", ".join(np.array(cell.robot.hand.pads)[touched].tolist())
-
-
-def _touched_side(cell: Cell, reading: HandReading) -> float:
-    """Return the touched side along the closing axis: 1 thumb, -1 fingers, 0 both or neither."""
-    touched = np.array(cell.robot.hand.pads)[reading.forces > TOUCH_FORCE].tolist()
-    *fingers, thumb = cell.robot.hand.fingers
-    on_thumb = any(pad.startswith(thumb) for pad in touched)
-    return float(on_thumb) - float(any(pad.startswith(tuple(fingers)) for pad in touched))
+    return ", ".join(cell.hand.contacts(reading.hand, TOUCH_FORCE))

@@ -9,6 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .control_tasks import control_tasks
+from .hands import ParallelHand
+from .jaw_plan import jaw_plans
+from .jaws import plan_grasps
 from .motion import TURN_SPEED, with_speed
 from .pick_state import TARGET, TRANSIT_SPEED, PickState, SelectedGrasp
 from .pick_verification import SAME_OBJECT_DISTANCE
@@ -17,14 +20,19 @@ from .reachable import is_reachable
 from .report import UNREACHABLE
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
     from eyehand.control import CollisionWorld
     from eyehand.perception import Scene, SceneObject
 
     from .cell import Cell
+    from .hands import HandModel
     from .plan import GraspPlan
     from .planning import GraspOptions
+
+    Candidates = list[tuple[float, SceneObject, GraspPlan]]
 
     Worlds = dict[tuple[int, float, str], CollisionWorld]
 
@@ -109,28 +117,27 @@ def select_grasp(
     """
     began = time.perf_counter()
     cell.enter("select")
-    loaded = {item.rests_on for item in scene.objects}
     warned = _warned_weights(scene)
     skipped: dict[int, str] = {}
-    candidates: list[tuple[float, SceneObject, GraspPlan]] = []
+    tried: dict[int, set[str]] = {}
     for item in scene.objects:
-        keys = failed.at(item.points.mean(axis=0))
+        keys = tried[item.label] = failed.at(item.points.mean(axis=0))
         if len(keys) >= cell.options.max_attempts:
             skipped[item.label] = f"skipped after {len(keys)} attempts"
+    open_items = [item for item in scene.objects if item.label not in skipped]
+    hand = cell.robot.hand
+    if isinstance(hand, ParallelHand):
+        planned = _jaw_candidates(cell, hand, scene, open_items, skipped)
+    else:
+        planned = _finger_candidates(hand, scene, open_items, options, skipped)
+    candidates: Candidates = []
+    for score, item, plan in planned:
+        keys = tried[item.label]
+        if grasp_key(plan) in keys:
             continue
-        others = [other for other in scene.objects if other is not item]
-        plans = plan_prototypes(
-            item, scene.support, neighbours=others, hand=cell.robot.hand, options=options
-        )
-        weight = LOADED_WEIGHT if item.label in loaded else 1.0
-        weight *= warned.get(item.label, 1.0)
-        names = {key.split(" facing")[0] for key in keys}
-        for plan in plans:
-            if not plan:
-                skipped[item.label] = plan.reason
-            elif grasp_key(plan) not in keys:
-                repeated = REPEATED_WEIGHT if plan.name in names else 1.0
-                candidates.append((repeated * weight * plan.score.total, item, plan))
+        repeated = plan.name in {key.split(" facing")[0] for key in keys}
+        weight = warned.get(item.label, 1.0) * (REPEATED_WEIGHT if repeated else 1.0)
+        candidates.append((weight * score, item, plan))
     candidates.sort(key=lambda candidate: -candidate[0])
     worlds: Worlds = {}
     for _, item, plan in candidates:
@@ -142,6 +149,52 @@ def select_grasp(
             return GraspSelection(grasp, _by_label(skipped), plan_ms)
         skipped[item.label] = reason
     return GraspSelection(None, _by_label(skipped), spent_ms + 1e3 * (time.perf_counter() - began))
+
+
+def _finger_candidates(
+    hand: HandModel,
+    scene: Scene,
+    items: Sequence[SceneObject],
+    options: GraspOptions | None,
+    skipped: dict[int, str],
+) -> Candidates:
+    """Return score, object and plan of each grasp of a hand with fingers; note refusals."""
+    loaded = {item.rests_on for item in scene.objects}
+    found: Candidates = []
+    for item in items:
+        others = [other for other in scene.objects if other is not item]
+        weight = LOADED_WEIGHT if item.label in loaded else 1.0
+        for plan in plan_prototypes(
+            item, scene.support, neighbours=others, hand=hand, options=options
+        ):
+            if plan:
+                found.append((weight * plan.score.total, item, plan))
+            else:
+                skipped[item.label] = plan.reason
+    return found
+
+
+def _jaw_candidates(
+    cell: Cell,
+    hand: ParallelHand,
+    scene: Scene,
+    items: Sequence[SceneObject],
+    skipped: dict[int, str],
+) -> Candidates:
+    """Return score, object and plan of each safe grasp of jaws; note refusals."""
+    grasps = plan_grasps(scene, hand, cell.options.jaws)
+    up = np.array([0.0, 0.0, 1.0]) if scene.support is None else scene.support.normal
+    found: Candidates = []
+    for item in items:
+        mine = [grasp for grasp in grasps if grasp.object_label == item.label]
+        safe = [grasp for grasp in mine if grasp.safe]
+        if not safe:
+            reasons = [reason for grasp in mine for reason in grasp.forbidden_by]
+            reasons = reasons or list(grasps.rejected.get(item.label, {}))
+            skipped[item.label] = f"no safe grasp: {', '.join(dict.fromkeys(reasons))}"
+        for grasp in safe:
+            found += [(plan.score.total, item, plan) for plan in jaw_plans(grasp, item, up)]
+    return found
 
 
 def check_reachability(cell: Cell, state: PickState, worlds: Worlds) -> str:

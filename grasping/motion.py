@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from eyehand.control.tasks import Task
 
     from .cell import Cell
-    from .hands import HandCommand
+    from .hands import AnyCommand
     from .robot import RobotReading
 
 MotionEnd = Literal["reached", "stuck", "late", "stopped", "fault"]
@@ -73,7 +73,7 @@ def execute(
     controller: Controller,
     seconds: float,
     *,
-    command: Callable[[RobotReading], HandCommand | None] | None = None,
+    command: Callable[[RobotReading], AnyCommand | None] | None = None,
     stop: Callable[[RobotReading], str] | None = None,
 ) -> MotionResult:
     """Move until the controller reaches its goal or the motion ends early, then stop the arm.
@@ -124,8 +124,7 @@ def execute(
 
 def unexpected_contact(cell: Cell, reading: RobotReading) -> str:
     """Return the reason to stop a motion in free space; empty without a hard contact."""
-    hard = reading.hand.forces > cell.options.max_contact_force
-    pads = ", ".join(np.array(cell.robot.hand.pads)[hard].tolist())
+    pads = ", ".join(cell.hand.contacts(reading.hand, cell.options.max_contact_force))
     return f"{pads} touched something that was not perceived" if pads else ""
 
 

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .grasp_phases import approach, close, contact, grip, pre_grasp
-from .hands import finger_curl
-from .hands.fingertips import fingertip_contacts
+from .hands.hand_control import HeldState
 from .pick_state import PhaseFailure, PickState
 from .report import PickReport
 from .transport_phases import check, lift, place
@@ -16,14 +15,9 @@ from .transport_phases import check, lift, place
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from eyehand.tactile import ContactFeatures
-
     from .cell import Cell
     from .pick_state import SelectedGrasp
     from .report import Phase
-
-CONTACT_FORCE = 0.1
-"""Force above which a pad counts as in contact with the held object, N."""
 
 
 def pick(cell: Cell, grasp: SelectedGrasp, slot: int = 0) -> PickReport:
@@ -45,8 +39,7 @@ def pick(cell: Cell, grasp: SelectedGrasp, slot: int = 0) -> PickReport:
     cell.begin()
     cell.plan = grasp.plan
     failure: PhaseFailure | None = None
-    contact_pads, curl = 0, 0.0
-    tips: tuple[ContactFeatures, ...] = ()
+    held = HeldState(0)
     for phase, run in PHASES:
         start = cell.enter(phase)
         failure = run(cell, state)
@@ -56,10 +49,7 @@ def pick(cell: Cell, grasp: SelectedGrasp, slot: int = 0) -> PickReport:
         if failure is not None:
             break
         if phase == "check":
-            reading = cell.reading.hand
-            contact_pads = int((reading.forces > CONTACT_FORCE).sum())
-            curl = finger_curl(reading, cell.robot.hand)
-            tips = fingertip_contacts(reading)
+            held = cell.hand.held(cell.reading.hand)
     if failure is not None and failure.outcome != "fault":
         state.release(cell)
     cell.plan = None
@@ -73,10 +63,10 @@ def pick(cell: Cell, grasp: SelectedGrasp, slot: int = 0) -> PickReport:
         perceive_ms=grasp.perceive_ms,
         plan_ms=grasp.plan_ms,
         times=np.array(cell.times),
-        forces=np.array(cell.forces).reshape(len(cell.times), len(cell.robot.hand.fingers) + 1),
-        contact_pads=contact_pads,
-        finger_curl=curl,
-        tips=tips,
+        forces=np.array(cell.forces).reshape(len(cell.times), len(cell.hand.fingers) + 1),
+        contact_pads=held.pads,
+        finger_curl=held.curl,
+        tips=held.tips,
     )
 
 

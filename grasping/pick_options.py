@@ -7,7 +7,9 @@ from dataclasses import dataclass, field
 from eyehand.control import ControlOptions, PlannerOptions
 from eyehand.errors import InputError
 
+from .depth_correction import CORRECTED_SCALE_ERROR
 from .hands import GripOptions
+from .jaws import JawOptions
 
 MAX_VALUE = 1e3
 """Upper bound of every numeric option in SI units."""
@@ -35,6 +37,11 @@ class PickOptions:
     """Options of the planner, which is used when a motion is stuck."""
     grip: GripOptions = field(default_factory=GripOptions)
     """Options of closing the hand."""
+    jaws: JawOptions = field(
+        default_factory=lambda: JawOptions(depth_error=CORRECTED_SCALE_ERROR, per_object=8)
+    )
+    """Options of planning grasps of grippers with two jaws. Several grasps of each object are
+    planned, because the arm may not reach the best. The camera of a cell is calibrated."""
     speed: float = 1.0
     """Factor on the speeds of the arm with an empty hand and during the lift. A factor below 1
     extends the time limits as well. Faster saves time, but hits unseen obstacles harder."""

@@ -12,7 +12,6 @@ from scipy.spatial.transform import RigidTransform
 from eyehand.control import ApproachController, CollisionWorld, PlannedApproach
 from eyehand.control.tasks import Orientation, Position
 
-from .hands import Closing, open_command, preshape_command
 from .motion import TURN_SPEED, execute, with_speed, within_slack
 from .obstacles import scene_obstacles, solid_obstacle
 
@@ -26,7 +25,8 @@ if TYPE_CHECKING:
     from eyehand.perception import Scene, SceneObject
 
     from .cell import Cell
-    from .hands import HandCommand
+    from .hands import AnyCommand
+    from .hands.hand_control import ClosingController
     from .plan import GraspPlan
     from .prototypes import Prototype
     from .report import PickOutcome
@@ -43,7 +43,7 @@ LIFT_SECONDS = 2.5
 OPEN_SECONDS = 0.25
 """Time in which the hand opens, s."""
 GOAL_TOLERANCE = 0.004
-"""Error at which a goal counts as reached, m or rad. The hand's compliance takes the rest."""
+"""Error at which a goal far from the object counts as reached, m or rad."""
 RETREAT_TOLERANCE = 0.01
 """Error at which a motion away from an object counts as done, m."""
 NEAR_MARGIN = 0.003
@@ -93,7 +93,7 @@ class PickState:
     """Offset of the object from its perceived position, estimated by touch, (3,), m."""
     lowering: bool = False
     """Whether the object is being lowered into the tray."""
-    closing: Closing | None = None
+    closing: ClosingController | None = None
     """Controller of the fingers; None before the hand closes."""
     T_palm_world_at_grasp: RigidTransform = field(default_factory=RigidTransform.identity)
     """Transform from world to palm at the time of the grasp. It maps the perceived pose of the
@@ -120,15 +120,14 @@ class PickState:
         At the pre-grasp the fingertips are `pre_grasp_distance` away from the object.
         """
         plan = self.grasp.plan
-        depth = max(cell.robot.hand.reach(plan.opening) - plan.palm_gap, 0.0)
+        depth = max(cell.hand.reach(plan.opening) - plan.palm_gap, 0.0)
         return depth + cell.options.pre_grasp_distance
 
     def model(self, cell: Cell) -> RobotModel:
         """Return the model of the arm with the hand in the pre-shape of this grasp."""
-        shape = preshape_command(cell.robot.hand, self.plan.opening, self.prototype)
-        return cell.model(np.asarray(shape.values))
+        return cell.model(cell.hand.posture(self.plan.opening, self.prototype))
 
-    def grip_command(self, cell: Cell, reading: RobotReading) -> HandCommand | None:
+    def grip_command(self, cell: Cell, reading: RobotReading) -> AnyCommand | None:
         """Compute the next command of the closing hand; None before it closes."""
         return self.closing.step(reading.hand, cell.robot.period) if self.closing else None
 
@@ -223,7 +222,11 @@ class PickState:
     def near_options(self, cell: Cell) -> ControlOptions:
         """Return the control options of motions close to the object."""
         return replace(
-            self.far_options(cell), margin=NEAR_MARGIN, influence=NEAR_INFLUENCE, retreats=0
+            self.far_options(cell),
+            margin=NEAR_MARGIN,
+            influence=NEAR_INFLUENCE,
+            retreats=0,
+            tolerance=cell.hand.tolerance,
         )
 
     def release(self, cell: Cell, goal: NDArray[np.float64] | None = None) -> None:
@@ -236,7 +239,7 @@ class PickState:
         goal
             Goal of the palm, (3,), world, m. None moves back against the palm's direction.
         """
-        cell.wait(OPEN_SECONDS, open_command(cell.robot.hand))
+        cell.wait(OPEN_SECONDS, cell.hand.opened())
         palm = cell.palm_pose()
         back = palm.translation - self.retreat(cell) * palm.rotation.as_matrix()[:, 2]
         tasks = (Position(back if goal is None else goal), Orientation(palm.rotation))

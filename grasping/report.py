@@ -34,6 +34,7 @@ PickOutcome = Literal[
     "stuck",
     "no_contact",
     "empty_close",
+    "hand_stalled",
     "slipped",
     "lost",
     "moved_away",
@@ -48,6 +49,7 @@ PickOutcome = Literal[
 - stuck: the arm did not reach its goal in time.
 - no_contact: the fingers touched nothing at the expected place.
 - empty_close: the hand closed without an object.
+- hand_stalled: the hand did not follow its command.
 - slipped: the object slipped out during the lift.
 - lost: the object slipped out after the lift.
 - moved_away: the object is no longer where it was perceived.

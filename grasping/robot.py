@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
     from eyehand.perception import DepthFrame
 
-    from .hands import HandCommand, HandModel, HandReading
+    from .hands import AnyCommand, AnyReading, HandModel, ParallelHand
 
 
 @dataclass(frozen=True)
@@ -24,7 +24,7 @@ class RobotReading:
     """Joint angles of the arm, (n,), rad."""
     velocity: NDArray[np.float64]
     """Joint velocities of the arm, (n,), rad/s."""
-    hand: HandReading
+    hand: AnyReading
     """Readings of the hand."""
     fault: str = ""
     """Reason why the robot stopped itself; empty without a fault."""
@@ -34,7 +34,7 @@ class Robot(Protocol):
     """An arm with a hand and a depth camera, stepped one control period at a time."""
 
     @property
-    def hand(self) -> HandModel:
+    def hand(self) -> HandModel | ParallelHand:
         """Model of the hand.
 
         The names in it define the opposing finger (``thumb``), the pinching finger (``middle``)
@@ -86,7 +86,7 @@ class Robot(Protocol):
         ...
 
     def step(
-        self, velocity: NDArray[np.float64], command: HandCommand | None = None
+        self, velocity: NDArray[np.float64], command: AnyCommand | None = None
     ) -> RobotReading:
         """Move for one period and return the state at its end.
 

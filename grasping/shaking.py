@@ -66,5 +66,4 @@ def shake_off(cell: Cell, state: PickState) -> str:
 
 
 def _loaded_pads(cell: Cell) -> str:
-    pads = zip(cell.robot.hand.pads, cell.reading.hand.forces, strict=True)
-    return ", ".join(pad for pad, force in pads if force > HANGING_FORCE)
+    return ", ".join(cell.hand.contacts(cell.reading.hand, HANGING_FORCE))

@@ -8,7 +8,6 @@ import numpy as np
 
 from eyehand.control.tasks import AxisAlignment, Orientation, Position
 
-from .hands import grip_width, is_holding
 from .motion import MotionResult, execute
 from .pick_state import LIFT_SECONDS, LIFT_SPEED, PhaseFailure, PickState
 from .shaking import shake, shake_off
@@ -103,7 +102,7 @@ def place(cell: Cell, state: PickState) -> PhaseFailure | None:
     cell.layer_tops += [0.0] * (layer + 1 - len(cell.layer_tops))
     cell.layer_tops[layer] = max(cell.layer_tops[layer], below + height)
     palm = cell.palm_pose().translation
-    tips = cell.robot.hand.reach(state.plan.opening)
+    tips = cell.hand.reach(state.plan.opening)
     clear = tray.centre[2] + cell.tray_height + tips + TRAY_CLEARANCE
     state.release(cell, np.array([palm[0], palm[1], max(clear, palm[2])]))
     pads = shake_off(cell, state)
@@ -143,7 +142,7 @@ def _tips_touch(cell: Cell, state: PickState) -> str:
     solid = state.grasp.target.fit.superquadric
     if solid is None or state.prototype == "power":
         return ""
-    width = grip_width(cell.reading.hand, cell.robot.hand)
+    width = cell.hand.width(cell.reading.hand)
     thinnest = 2.0 * float(solid.semi_axes.min())
     if width >= MIN_WIDTH_SHARE * thinnest:
         return ""
@@ -151,4 +150,4 @@ def _tips_touch(cell: Cell, state: PickState) -> str:
 
 
 def _lost(cell: Cell, reading: RobotReading) -> str:
-    return "" if is_holding(reading.hand, cell.robot.hand) else "the object left the hand"
+    return "" if cell.hand.holds(reading.hand) else "the object left the hand"

@@ -6,32 +6,28 @@ import time
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Literal
 
-import cv2
 import numpy as np
 from scipy.spatial.transform import RigidTransform
 
 from eyehand.errors import InputError
 
+from .object_evidence import collect_evidence, sample_points
 from .overlap import overlapping_objects
 from .segmentation import Segmentation, SegmentationOptions, SupportPlane, segment
 from .stacking import SurfaceBelow, find_surface_below, rests_on
-from .superquadric import MIN_POINTS, FitOptions, SuperquadricFit, fit_superquadric
+from .superquadric import FitOptions, SuperquadricFit
 from .thread_pool import map_in_threads
-from .visibility import view_free_space, visible_share
+from .visibility import visible_share
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from .frame import DepthFrame
+    from .object_evidence import RegionEvidence
     from .segmentation import Container, SceneWarning, UnknownRegion
-    from .superquadric import FreeSpace
 
 SUPPORT = 0
 """Value of ``rests_on`` for the support plane."""
-
-BORDER_PX = 1
-"""Pixels removed from the border of every segment before its fit. Depth is least reliable there:
-some pixels mix the object with what lies behind it. Two pixels would lose thin objects."""
 
 
 @dataclass(frozen=True)
@@ -77,34 +73,6 @@ class SceneObject:
     overlaps: tuple[int, ...] = ()
     """Labels of larger objects whose solids overlap with this one's by more than 3 mm. Then this
     solid is probably wrong."""
-
-
-# Arrays have no truth value: equality is identity.
-@dataclass(frozen=True, eq=False)
-class RegionEvidence:
-    """What a frame shows of one object, in the scene's frame: the input of its fit."""
-
-    points: NDArray[np.float64]
-    """Visible surface points, (N, 3), m."""
-    view_origin: NDArray[np.float64]
-    """Position of the camera, (3,), m."""
-    support_plane: NDArray[np.float64] | None
-    """Unit normal and offset (4,) of the plane that the object stands on, if it is known."""
-    free_space: FreeSpace
-    """Empty space around the object."""
-    margin: float
-    """Distance of the object's outline beyond that of the points, m."""
-
-    def fit(self, options: FitOptions) -> SuperquadricFit:
-        """Fit a solid."""
-        margin = options.silhouette_margin + self.margin
-        return fit_superquadric(
-            self.points,
-            view_origin=self.view_origin,
-            support_plane=self.support_plane,
-            free_space=self.free_space,
-            options=replace(options, silhouette_margin=margin),
-        )
 
 
 @dataclass(frozen=True)
@@ -170,7 +138,9 @@ def perceive(frame: DepthFrame, options: PerceiveOptions | None = None) -> Scene
     boxes = segmentation.boxes()
     sizes = np.bincount(segmentation.labels.ravel(), minlength=segmentation.count + 1)
     clouds = {
-        label: T_scene_camera.apply(_sample_points(frame, segmentation, label, box, options, rng))
+        label: T_scene_camera.apply(
+            sample_points(frame, segmentation, label, box, options.cloud_points, rng)
+        )
         for label, box in boxes.items()
     }
     collected = time.perf_counter()
@@ -274,43 +244,11 @@ def region_evidence(
     if T_scene_camera is None:
         T_scene_camera = RigidTransform.identity()
     rng = np.random.default_rng(options.seed)
-    sampled = _sample_points(frame, segmentation, label, box, options, rng)
+    sampled = sample_points(frame, segmentation, label, box, options.cloud_points, rng)
     cloud = T_scene_camera.apply(sampled)
     moved = support.moved(T_scene_camera) if support else None
     plane = _plane_below(moved, SurfaceBelow(0.0, SUPPORT))
-    return _evidence(cloud, plane, frame, T_scene_camera, segmentation.mask(label))
-
-
-def _sample_points(
-    frame: DepthFrame,
-    segmentation: Segmentation,
-    label: int,
-    box: tuple[slice, slice],
-    options: PerceiveOptions,
-    rng: np.random.Generator,
-) -> NDArray[np.float64]:
-    """Sample at most ``cloud_points`` points of a segment, camera frame.
-
-    The segment's border is left out if at least ``MIN_POINTS`` pixels remain.
-    """
-    mask = segmentation.labels[box] == label
-    side = 2 * BORDER_PX + 1
-    eroded = cv2.erode(
-        mask.astype(np.uint8),
-        np.ones((side, side), np.uint8),
-        borderType=cv2.BORDER_CONSTANT,
-        borderValue=0,
-    )
-    if np.count_nonzero(eroded) >= MIN_POINTS:
-        mask = eroded > 0
-    rows, columns = np.nonzero(mask & (frame.depth[box] > 0))
-    if rows.size > options.cloud_points:
-        drawn = np.sort(rng.choice(rows.size, options.cloud_points, replace=False))
-        rows, columns = rows[drawn], columns[drawn]
-    rows, columns = rows + box[0].start, columns + box[1].start
-    k = frame.intrinsics
-    z = frame.depth[rows, columns].astype(np.float64)
-    return np.column_stack([(columns - k.cx) / k.fx * z, (rows - k.cy) / k.fy * z, z])
+    return collect_evidence(cloud, plane, frame, T_scene_camera, segmentation.mask(label))
 
 
 def _plane_below(support: SupportPlane | None, surface: SurfaceBelow) -> NDArray[np.float64] | None:
@@ -343,25 +281,4 @@ def _fit(
         )
     fit_options = replace(options.fit, seed=options.fit.seed + label)
     mask = segmentation.mask(label)
-    return _evidence(cloud, plane, frame, T_scene_camera, mask).fit(fit_options)
-
-
-def _evidence(
-    cloud: NDArray[np.float64],
-    plane: NDArray[np.float64] | None,
-    frame: DepthFrame,
-    T_scene_camera: RigidTransform,
-    mask: NDArray[np.bool_],
-) -> RegionEvidence:
-    """Return what a frame shows of the object with a mask (H, W) and a cloud (N, 3)."""
-    origin = np.asarray(T_scene_camera.translation)
-    distance = float(np.linalg.norm(np.median(cloud, axis=0) - origin)) if len(cloud) else 0.0
-    return RegionEvidence(
-        points=cloud,
-        view_origin=origin,
-        support_plane=plane,
-        free_space=view_free_space(mask, frame, T_scene_camera),
-        # The outline of the cloud is smaller than that of the object, by the removed border and
-        # half a pixel on each side.
-        margin=(BORDER_PX + 0.5) * distance / frame.intrinsics.fx,
-    )
+    return collect_evidence(cloud, plane, frame, T_scene_camera, mask).fit(fit_options)

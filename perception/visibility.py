@@ -63,8 +63,9 @@ def view_free_space(
     """Return the space around an object that a depth frame shows to be empty.
 
     The rays are pixels on a regular grid over the object's box and its surroundings. Each depth is
-    the smallest reading within EDGE_PX of the pixel, because pixels at an edge mix two surfaces.
-    Pixels without a reading have depth 0.
+    the smallest reading within EDGE_PX of the pixel, because pixels at an edge mix two surfaces. A
+    pixel of the object takes it from the object's own pixels, so that its depth is not that of an
+    occluder beside it. Pixels without a reading have depth 0.
 
     Parameters
     ----------
@@ -86,9 +87,8 @@ def view_free_space(
     window = (slice(top, rows[-1] + around + 1), slice(left, columns[-1] + around + 1))
     readings, object_pixels = frame.depth[window], mask[window]
     step = max(round(np.sqrt(readings.size / GRID_RAYS)), 1)
-    side = 2 * EDGE_PX + 1
-    nearest = cv2.erode(
-        np.where(readings > 0, readings, np.float32(np.inf)), np.ones((side, side), np.uint8)
+    nearest = np.where(
+        object_pixels, _nearest(readings, object_pixels), _nearest(readings, readings > 0)
     )
     start = step // 2
     z = np.where(readings > 0, nearest, 0.0)[start::step, start::step].astype(np.float64)
@@ -105,6 +105,13 @@ def view_free_space(
         on_object=object_pixels[start::step, start::step].ravel(),
         pitch=step / camera.fx,
     )
+
+
+def _nearest(readings: NDArray[np.float32], counted: NDArray[np.bool_]) -> NDArray[np.float32]:
+    """Return the smallest counted reading within EDGE_PX of each pixel (H, W), m."""
+    side = 2 * EDGE_PX + 1
+    kept = np.where(counted & (readings > 0), readings, np.float32(np.inf))
+    return cv2.erode(kept, np.ones((side, side), np.uint8)).astype(np.float32)
 
 
 def visible_share(

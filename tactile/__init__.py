@@ -7,7 +7,7 @@ external twist along the surface, which the servo adds. :func:`calibrate` comput
 :class:`Calibration` of a pad from a :class:`BenchRun`. :func:`save_calibration` and
 :func:`load_calibration` write and read it.
 
-Equation and section numbers refer to Haschke's chapter (see the README).
+Equation and section numbers refer to Haschke's chapter.
 """
 
 from .cable import CableFollower, CableOptions

@@ -4,9 +4,14 @@ from __future__ import annotations
 
 import contextlib
 import io
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from eyehand.errors import InputError
+
+from .page_guard import guarded
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
 
 HOST = "127.0.0.1"
 """Address of the server. Only this machine can connect; from elsewhere use `ssh -L`."""
@@ -35,7 +40,10 @@ def open_server(port: int = ANY_PORT, title: str | None = None) -> Any:
 
     try:
         # viser prints a greeting on stdout, which is reserved for --json.
-        with contextlib.redirect_stdout(io.StringIO()):
+        with (
+            _guarded_sockets(),
+            contextlib.redirect_stdout(io.StringIO()),
+        ):
             return viser.ViserServer(host=HOST, port=port, label=title, verbose=False)
     except (OSError, RuntimeError) as error:
         fault = " ".join(str(error).split())
@@ -46,3 +54,16 @@ def close_server(server: Any) -> None:
     """Stop the server."""
     with contextlib.redirect_stdout(io.StringIO()):
         server.stop()
+
+
+@contextlib.contextmanager
+def _guarded_sockets() -> Iterator[None]:
+    """Check the requests of servers that start meanwhile. viser has no option for it."""
+    import websockets.asyncio.server as sockets
+
+    serve = sockets.serve
+    setattr(sockets, "serve", guarded(serve))  # noqa: B010  # its type is a class
+    try:
+        yield
+    finally:
+        setattr(sockets, "serve", serve)  # noqa: B010

@@ -50,7 +50,7 @@ from .grasp_failure import failure_cause, is_heavy, segment_truth
 if TYPE_CHECKING:
     from eyehand.data_synth.cell import ClutterWorld
     from eyehand.data_synth.scenes import PieceObject
-    from eyehand.grasping.jaws import Grasp
+    from eyehand.grasping import Grasp
     from eyehand.perception import Scene
 
 Noise = Literal["none", "dex"]
@@ -123,7 +123,9 @@ def run_clutter_round(trial: dict[str, Any]) -> dict[str, Any]:
     rng = np.random.default_rng([settings.seed, len(settings.family)])
     world = make_clutter(settings.family, objects, hand, rng, count=settings.count, force=FORCE)
     placed = world.count
-    heavy = sum(is_heavy(world.objects[k].mass, FORCE) for k in world.placed)
+    heavy = sorted(
+        world.objects[k].name for k in world.placed if is_heavy(world.objects[k].mass, FORCE)
+    )
     attempts: list[Attempt] = []
     failed: tuple[Grasp, ...] = ()
     failures, ended = 0, "cleared"
@@ -218,7 +220,7 @@ def _attempt(
 
 
 def _options(settings: ClutterTrial, failed: tuple[Grasp, ...]) -> JawOptions:
-    options = JawOptions(full_opening=True, failed=failed)
+    options = JawOptions(full_opening=True, guarded=True, failed=failed)
     error = settings.depth_error
     if error is None:
         error = CORRECTED_SCALE_ERROR if settings.known_table else options.depth_error

@@ -97,5 +97,5 @@ def run_demo(
         captures=recorder.captures(result.picks),
         report=report,
         result=result,
-        fingers=cell.robot.hand.fingers,
+        fingers=cell.hand.fingers,
     )

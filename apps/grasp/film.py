@@ -116,7 +116,7 @@ class Film:
             return f"{sum(map(robot.is_in_tray, names))} of {len(names)} in the tray"
 
         camera = FilmCamera(robot, cell_size(self._size))
-        self.film(camera, recorder, (*cell.robot.hand.fingers, "palm"), count)
+        self.film(camera, recorder, (*cell.hand.fingers, "palm"), count)
         return self
 
     def film(

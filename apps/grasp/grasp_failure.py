@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from eyehand.data_synth.cell import ClutterWorld, Execution
-    from eyehand.grasping.jaws import Grasp
+    from eyehand.grasping import Grasp
     from eyehand.perception import Scene
 
 FALSE_SHARE = 0.5

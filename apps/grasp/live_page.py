@@ -94,7 +94,7 @@ class LivePage:
         """Show a cell from now on."""
         self._recorder = recorder
         self._scene = LiveScene(self._server.scene, robot)
-        names = (*cell.robot.hand.fingers, "palm")
+        names = (*cell.hand.fingers, "palm")
         self._samples.append((cell.reading.time, *(0.0 for _ in names)))
         self._add_plot(names)
         self._status.content = "Perceiving ..."

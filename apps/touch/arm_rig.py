@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import deque
 from dataclasses import dataclass
 from math import exp
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from scipy.spatial.transform import RigidTransform, Rotation
@@ -15,11 +15,11 @@ from eyehand.control.tasks import TaskRows
 from eyehand.data_synth.pad import (
     CONTROL_RATE,
     PAD_SITE,
+    SENSORS,
     Arm,
     PadOptions,
     PadScene,
     PadSimulation,
-    TactileReadout,
     padded_arm,
     run_bench,
 )
@@ -31,18 +31,21 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from eyehand.data_synth.pad import PadSample
+    from eyehand.data_synth.pad import PadSample, SensorModel
     from eyehand.tactile import ContactFeatures, FeatureOptions
 
 CYCLE = 1.0 / CONTROL_RATE
 """Control period, s."""
+
+SensorName = Literal["ideal", "good", "real", "harsh"]
+"""Name of a sensor model of `SENSORS`."""
 
 _BASE_BODY = "base"
 
 
 @dataclass(frozen=True)
 class RigOptions:
-    """Delays between the servo and the motion of the pad, and the image rate.
+    """Delays between the servo and the motion of the pad, the image rate, and the sensor.
 
     Raises
     ------
@@ -58,6 +61,8 @@ class RigOptions:
     image_rate: float = CONTROL_RATE
     """Images per second. Control reads the mean of the images of a cycle, so that more images mean
     less noise. The 1900 of the real pad take four times as long to simulate."""
+    sensor: SensorName = "good"
+    """Sensor model of the pads, and of the joints' backlash."""
 
     def __post_init__(self) -> None:
         if not (0 <= self.lag < np.inf and self.latency >= 0):
@@ -151,8 +156,13 @@ class ArmRig:
     ) -> None:
         o = options or RigOptions()
         count = scene.pad.rows * scene.pad.columns
-        readouts = [TactileReadout.draw(count, seed=seed + k) for k in range(len(arms))]
-        self.simulation = PadSimulation.of_scene(scene, joints, o.image_rate, seed, readouts)
+        sensor: SensorModel = SENSORS[o.sensor]
+        readouts = [sensor.readout(count, seed + k) for k in range(len(arms))]
+        self.simulation = PadSimulation.of_scene(
+            scene, joints, o.image_rate, seed, readouts, sensor
+        )
+        self._backlash = sensor.backlash
+        self._motors = self.simulation.joints
         self.hands: tuple[Hand, ...] = tuple(
             Hand(
                 _robot(arm, scene.pad),
@@ -202,15 +212,29 @@ class ArmRig:
         pairs = zip(self.hands, twists, strict=True)
         self._delayed.append(np.concatenate([hand.joint_speed(twist) for hand, twist in pairs]))
         self._speed = self._speed + self._gain * (self._delayed.popleft() - self._speed)
-        samples = self.simulation.advance(self._speed, CYCLE, move)
+        samples = self.simulation.advance(self._drive_joints(), CYCLE, move)
         speeds = np.split(self._speed, len(self.hands))
-        joints = self._by_arm(len(self.hands))
+        if self._backlash == 0.0:
+            self._motors = self.simulation.joints
+        joints = np.split(self._motors, len(self.hands))
         for number, hand in enumerate(self.hands):
             hand.set_state(joints[number], speeds[number])
             if samples:
                 images = np.array([sample[number].raw for sample in samples])
                 hand.features = hand.reader.read(np.rint(images.mean(axis=0)).astype(np.uint16))
         return samples
+
+    def _drive_joints(self) -> NDArray[np.float64]:
+        """Move the motors for one cycle, and return the joints' speeds (n,), rad/s.
+
+        The motors' angles are what the arm measures. A joint stays where it is until the motor has
+        crossed the free play.
+        """
+        if self._backlash == 0.0:
+            return self._speed
+        self._motors = self._motors + CYCLE * self._speed
+        joints, play = self.simulation.joints, 0.5 * self._backlash
+        return (np.clip(joints, self._motors - play, self._motors + play) - joints) / CYCLE
 
     def _by_arm(self, arms: int) -> list[NDArray[np.float64]]:
         return np.split(self.simulation.joints, arms)

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from ..bench import Experiment, ExperimentResult, result_table, run_experiment
+from ..bench import Experiment, ExperimentResult, result_table
 from ..console import tracked
 from .cable_picture import cable_picture
 from .cable_run import cable_row, run_cable, speed_row
-from .trial_arguments import TrialArguments
+from .trial_arguments import TrialArguments, run_trials
 
 if TYPE_CHECKING:
     from ..bench import TrialPlan
+    from .arm_rig import SensorName
 
 WANTED_MM = {0.05: 0.5, 0.2: 1.3}
 """Speed along the cable, m/s → rms error that the path should stay below, mm."""
@@ -25,12 +26,12 @@ def experiment_cable(arguments: TrialArguments | None = None) -> int:
     cable's true middle line. The chapter shows a photograph (Fig. 10). Writes cable.png, which
     shows the first cable, and cable.csv. Runs 5 cables, or 1 with --quick.
     """
-    return run_experiment(CABLE, **vars(arguments or TrialArguments()))
+    return run_trials(CABLE, _measure, arguments)
 
 
-def _measure(plan: TrialPlan) -> ExperimentResult:
+def _measure(plan: TrialPlan, sensor: SensorName = "good") -> ExperimentResult:
     cases = [(plan.seed + k, speed) for speed in WANTED_MM for k in range(plan.trials)]
-    runs = [run_cable(seed, speed) for seed, speed in tracked(cases, "cables", len(cases))]
+    runs = [run_cable(seed, speed, sensor) for seed, speed in tracked(cases, "cables", len(cases))]
     rows = [cable_row(run) for run in runs]
     for speed, wanted in WANTED_MM.items():
         summary = speed_row([run for run in runs if run.speed == speed])

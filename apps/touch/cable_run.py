@@ -19,7 +19,7 @@ from eyehand.tactile import (
     TouchPhases,
 )
 
-from .arm_rig import CYCLE, ArmRig, home_pose
+from .arm_rig import CYCLE, ArmRig, RigOptions, SensorName, home_pose
 from .cable_shapes import CABLE_RADIUS, SPACING, CableShape, cable_shape
 from .start_posture import facing_down, start_posture
 
@@ -73,7 +73,7 @@ class CableRun:
         return float(np.sqrt(np.mean(self.errors**2)))
 
 
-def run_cable(seed: int, speed: float) -> CableRun:
+def run_cable(seed: int, speed: float, sensor: SensorName = "good") -> CableRun:
     """Land a pad on a cable and follow it to its end.
 
     Parameters
@@ -82,12 +82,14 @@ def run_cable(seed: int, speed: float) -> CableRun:
         Seed of the cable, the landing and the pad.
     speed
         Speed along the cable, m/s.
+    sensor
+        Sensor model.
     """
     shape = cable_shape(seed)
     rng = np.random.default_rng((seed, 1))
     home = home_pose().translation
     origin = home + np.array([CABLE_AHEAD, 0.0, -DROP])
-    rig = _rig_over_cable(shape, origin, rng, seed)
+    rig = _rig_over_cable(shape, origin, rng, (seed, sensor))
     phases = TouchPhases(TactileServo(ServoGoal(force=FORCE), PRESETS["press"]))
     phases.phase = "hold"
     follower = CableFollower(CableOptions(speed=speed))
@@ -113,9 +115,13 @@ def run_cable(seed: int, speed: float) -> CableRun:
 
 
 def _rig_over_cable(
-    shape: CableShape, origin: NDArray[np.float64], rng: np.random.Generator, seed: int
+    shape: CableShape,
+    origin: NDArray[np.float64],
+    rng: np.random.Generator,
+    pad: tuple[int, SensorName],
 ) -> ArmRig:
-    """Return the rig with the pad above the landing point."""
+    """Return the rig with the pad, drawn by seed and sensor model, above the landing point."""
+    seed, options = pad[0], RigOptions(sensor=pad[1])
     first = round(LANDING_LENGTH / SPACING)
     along = shape.direction(first)
     offset = rng.uniform(-OFFSET, OFFSET) * np.array([-np.sin(along), np.cos(along)])
@@ -131,7 +137,7 @@ def _rig_over_cable(
     scene = pad_scene(objects)
     at_home = ArmRig(scene, seed=seed)
     joints = start_posture(at_home.hand.robot, facing_down(place, along + angle))
-    return ArmRig(scene, seed=seed, joints=joints)
+    return ArmRig(scene, seed=seed, options=options, joints=joints)
 
 
 def _compare(

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from eyehand.data_synth.pad import Part, TouchObject, pen, tilted_face, toy_box
+from eyehand.data_synth.pad import Part, SensorModel, TouchObject, pen, tilted_face, toy_box
 
 from ..bench import Trial, as_sweep
 from .stress_trial import CALM_CONTACT, ContactFigures, hold_contact, servo_phases
@@ -66,7 +66,7 @@ def _lost(drop: float, seed: int, method: None) -> Trial:
     right="rotated by less than 2°",
 )  # fmt: skip
 def _round(noise: float, seed: int, method: None) -> Trial:
-    pad = CarriedPad((_ball(0.0, 0.0),), Electronics(seed, noise))
+    pad = CarriedPad((_ball(0.0, 0.0),), Electronics(seed, SensorModel(noise=noise)))
     return hold_contact(
         pad,
         servo_phases("cable"),
@@ -82,7 +82,7 @@ def _right_angle(noise: float, seed: int, method: None) -> Trial:
     # Quaternion of 90° about y: the rod lies along x.
     half = np.sqrt(0.5)
     part = Part("capsule", (ROD_RADIUS, ROD_HALF), (0.0, 0.0, -ROD_RADIUS), (half, 0.0, half, 0.0))
-    pad = CarriedPad((TouchObject("rod", (part,)),), Electronics(seed, noise))
+    pad = CarriedPad((TouchObject("rod", (part,)),), Electronics(seed, SensorModel(noise=noise)))
 
     def misaligned(run: ContactFigures) -> str:
         return _excess_note("out of line by", abs(abs(run.heading) - 0.5 * np.pi), IN_LINE)

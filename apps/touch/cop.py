@@ -13,11 +13,10 @@ from ..bench import (
     add_footer,
     new_chart,
     result_table,
-    run_experiment,
 )
 from ..bench.chart_style import BLUE, GREY, INK, LINE, VERMILION, add_legend, label_axes
 from .probe_path import ProbePath, follow_probe
-from .trial_arguments import TrialArguments
+from .trial_arguments import TrialArguments, run_trials
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -25,6 +24,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from ..bench import TrialPlan
+    from .arm_rig import SensorName
 
 POINTS = 51
 """Number of points along each path that the chart and its CSV file show."""
@@ -37,11 +37,11 @@ def experiment_cop(arguments: TrialArguments | None = None) -> int:
     positions come from the arm's joints. Writes cop.png, like Fig. 5, and cop.csv. Runs 20 trials,
     or 2 with --quick.
     """
-    return run_experiment(COP, **vars(arguments or TrialArguments()))
+    return run_trials(COP, _measure, arguments)
 
 
-def _measure(plan: TrialPlan) -> ExperimentResult:
-    paths = [follow_probe(seed) for seed in plan.seeds()]
+def _measure(plan: TrialPlan, sensor: SensorName = "good") -> ExperimentResult:
+    paths = [follow_probe(seed, sensor) for seed in plan.seeds()]
     row = probe_row(paths)
     table = result_table(
         [row],

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from ..bench import Experiment, ExperimentResult, result_table, run_experiment
+from ..bench import Experiment, ExperimentResult, result_table
 from .edge_picture import edge_picture
 from .edge_run import edge_row, mean_row, run_edge
-from .trial_arguments import TrialArguments
+from .trial_arguments import TrialArguments, run_trials
 
 if TYPE_CHECKING:
     from ..bench import TrialPlan
+    from .arm_rig import SensorName
 
 
 def experiment_edge(arguments: TrialArguments | None = None) -> int:
@@ -21,11 +22,11 @@ def experiment_edge(arguments: TrialArguments | None = None) -> int:
     40°. The chapter shows this in its video only. Writes edge.png and edge.csv. Runs 10 trials, or
     2 with --quick.
     """
-    return run_experiment(EDGE, **vars(arguments or TrialArguments()))
+    return run_trials(EDGE, _measure, arguments)
 
 
-def _measure(plan: TrialPlan) -> ExperimentResult:
-    runs = [run_edge(seed) for seed in plan.seeds()]
+def _measure(plan: TrialPlan, sensor: SensorName = "good") -> ExperimentResult:
+    runs = [run_edge(seed, sensor) for seed in plan.seeds()]
     rows = [edge_row(run) for run in runs]
     rows.append(mean_row(rows))
     table = result_table(

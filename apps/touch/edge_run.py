@@ -11,7 +11,7 @@ from scipy.spatial.transform import RigidTransform, Rotation
 from eyehand.data_synth.pad import PlacedObject, box_edge, pad_scene
 from eyehand.tactile import PRESETS, ServoGoal, TactileServo, TouchPhases
 
-from .arm_rig import CYCLE, ArmRig, home_pose
+from .arm_rig import CYCLE, ArmRig, RigOptions, SensorName, home_pose
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -54,7 +54,7 @@ class EdgeRun:
     """"done", or the reason of a failure."""
 
 
-def run_edge(seed: int) -> EdgeRun:
+def run_edge(seed: int, sensor: SensorName = "good") -> EdgeRun:
     """Land a pad on an edge at an angle, and turn the edge when the pad is aligned."""
     rng = np.random.default_rng(seed)
     start = rng.uniform(MIN_START_DEG, MAX_START_DEG) * rng.choice([-1.0, 1.0])
@@ -64,7 +64,7 @@ def run_edge(seed: int) -> EdgeRun:
     place = home.translation - [0.0, 0.0, GAP]
     pose = RigidTransform.from_components(place, Rotation.from_euler("z", first, degrees=True))
     scene = pad_scene((PlacedObject(box_edge(), pose, "mocap"),))
-    rig = ArmRig(scene, seed=seed)
+    rig = ArmRig(scene, seed=seed, options=RigOptions(sensor=sensor))
     quats = rig.simulation.data.mocap_quat
 
     def direction(time: float) -> float:

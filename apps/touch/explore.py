@@ -9,9 +9,11 @@ from typing import TYPE_CHECKING
 from eyehand.perception.io import write_cloud
 
 from ..bench import Experiment, ExperimentResult, result_table, run_experiment
+from .arm_rig import SensorName
 from .explore_picture import explore_picture
 from .explore_run import MAX_TILT_DEG, run_explore
 from .explore_truth import explore_rows
+from .trial_arguments import measure_with
 
 if TYPE_CHECKING:
     from ..bench import TrialPlan
@@ -23,6 +25,7 @@ WANTED_MM = 0.3
 def experiment_explore(
     *,
     seed: int = 0,
+    sensor: SensorName = "good",
     quick: bool = False,
     out: Path = Path("out/experiment_explore"),
     json: bool = False,
@@ -39,6 +42,8 @@ def experiment_explore(
     seed
         Seed of the object, the pads' electronics and their noise. The objects take turns: a dome
         with a ridge and a block, a smooth pebble, and a barrel with rims. From 3 on they vary.
+    sensor
+        Sensor model: ideal, good, real or harsh.
     quick
         Two lanes in each direction, faster, for a first look.
     out
@@ -46,11 +51,12 @@ def experiment_explore(
     json
         Print one JSON object on stdout. The table then goes to stderr.
     """
-    return run_experiment(EXPLORE, seed=seed, quick=quick, out=out, json=json)
+    experiment = Experiment("explore", partial(measure_with, _measure, sensor))
+    return run_experiment(experiment, seed=seed, quick=quick, out=out, json=json)
 
 
-def _measure(plan: TrialPlan) -> ExperimentResult:
-    run = run_explore(plan.seed, plan.quick)
+def _measure(plan: TrialPlan, sensor: SensorName = "good") -> ExperimentResult:
+    run = run_explore(plan.seed, plan.quick, sensor)
     rows = explore_rows(run)
     force_mean, force_std = float(run.forces.mean()), float(run.forces.std())
     table = result_table(
@@ -89,6 +95,3 @@ def _measure(plan: TrialPlan) -> ExperimentResult:
             "rim_below_top_mm": run.rim_mm,
         },
     )
-
-
-EXPLORE = Experiment("explore", _measure)

@@ -26,7 +26,7 @@ from eyehand.tactile import (
     TouchPhases,
 )
 
-from .arm_rig import CYCLE, ArmRig, Hand, home_pose
+from .arm_rig import CYCLE, ArmRig, Hand, RigOptions, SensorName, home_pose
 from .explore_lanes import distances, lanes, position_on_path
 from .felt_points import felt_points
 from .start_posture import facing_down, start_posture
@@ -93,7 +93,7 @@ class ExploreRun:
     """Maximum depth of a pad's rim below the top of the object's largest part, mm."""
 
 
-def run_explore(seed: int, quick: bool = False) -> ExploreRun:
+def run_explore(seed: int, quick: bool = False, sensor: SensorName = "good") -> ExploreRun:
     """Scan an unknown object with two pads along lanes in both directions."""
     touch_object = unknown_object(seed)
     left = Arm(prefix="left_")
@@ -105,7 +105,8 @@ def run_explore(seed: int, quick: bool = False) -> ExploreRun:
     home = ArmRig(scene, arms, seed=seed)
     speed = QUICK_SPEED if quick else SPEED
     scans = [
-        _scan(scene, arms, home, number, origin, lanes(quick), speed, seed) for number in (0, 1)
+        _scan(scene, arms, home, number, origin, lanes(quick), speed, (seed, sensor))
+        for number in (0, 1)
     ]
     return ExploreRun(
         touch_object,
@@ -141,7 +142,7 @@ def _scan(
     origin: NDArray[np.float64],
     corners: NDArray[np.float64],
     speed: float,
-    seed: int,
+    pad: tuple[int, SensorName],
 ) -> _PadScan:
     """Scan one half with one arm. The other arm waits at home because the pads would collide."""
     path_distances = distances(corners)
@@ -150,7 +151,8 @@ def _scan(
     heading = -0.5 * np.pi if number else 0.5 * np.pi
     place = origin + np.array([*position_on_path(corners, path_distances, 0.0, number), GAP])
     joints[number] = start_posture(home.hands[number].robot, facing_down(place, heading))
-    rig = ArmRig(scene, arms, seed=seed, joints=np.concatenate(joints))
+    options = RigOptions(sensor=pad[1])
+    rig = ArmRig(scene, arms, seed=pad[0], options=options, joints=np.concatenate(joints))
     hand = rig.hands[number]
     seconds = float(path_distances[-1]) / speed
     # The contact jumps between ridge, block and dome, so the bounds of the phases are wide.

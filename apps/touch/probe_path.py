@@ -11,7 +11,7 @@ from eyehand.data_synth.pad import IMAGE_RATE, PlacedObject, pad_scene, probe
 from eyehand.errors import DeviceError
 from eyehand.tactile import SelectionMatrix, ServoGoal, TactileServo, TouchPhases
 
-from .arm_rig import ArmRig, RigOptions, home_pose
+from .arm_rig import ArmRig, RigOptions, SensorName, home_pose
 from .servo_run import run_servo
 
 PATH_LENGTH = 0.005
@@ -43,7 +43,7 @@ class ProbePath:
         return np.linalg.norm(self.estimated - self.real, axis=1)
 
 
-def follow_probe(seed: int) -> ProbePath:
+def follow_probe(seed: int, sensor: SensorName = "good") -> ProbePath:
     """Slide the pad over a fixed upright probe, 2 mm in diameter, with an arm.
 
     The servo controls the pressure only. An external motion slides the pad along x, so that the
@@ -54,6 +54,8 @@ def follow_probe(seed: int) -> ProbePath:
     ----------
     seed
         Random seed of the pad's electronics, its noise and the position across the path, >= 0.
+    sensor
+        Sensor model.
 
     Raises
     ------
@@ -64,7 +66,8 @@ def follow_probe(seed: int) -> ProbePath:
     across = np.random.default_rng(seed).uniform(-0.5, 0.5) * PATH_LENGTH
     start = home.apply(np.array([-0.5 * PATH_LENGTH, across, GAP]))
     placed = PlacedObject(probe(), RigidTransform.from_translation(start))
-    rig = ArmRig(pad_scene((placed,)), seed=seed, options=RigOptions(image_rate=IMAGE_RATE))
+    options = RigOptions(image_rate=IMAGE_RATE, sensor=sensor)
+    rig = ArmRig(pad_scene((placed,)), seed=seed, options=options)
     servo = TactileServo(ServoGoal(pressure=PRESSURE), SelectionMatrix(press=True))
     run = run_servo(
         rig,

@@ -13,11 +13,10 @@ from ..bench import (
     add_footer,
     new_chart,
     result_table,
-    run_experiment,
 )
 from ..bench.chart_style import BLUE, GREEN, GREY, RULE, VERMILION, label_axes
 from .roll_trial import DISPLACED, DISPLACING, PRESSURE, SECONDS, RollTrial, roll_once, roll_row
-from .trial_arguments import TrialArguments
+from .trial_arguments import TrialArguments, run_trials
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -25,6 +24,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from ..bench import TrialPlan
+    from .arm_rig import SensorName
 
 
 def experiment_roll(arguments: TrialArguments | None = None) -> int:
@@ -33,11 +33,11 @@ def experiment_roll(arguments: TrialArguments | None = None) -> int:
     Times count until the true tilt stays below 1°. Writes roll.png, like Fig. 9, and roll.csv. Runs
     20 trials, or 1 with --quick.
     """
-    return run_experiment(ROLL, **vars(arguments or TrialArguments()))
+    return run_trials(ROLL, _measure, arguments)
 
 
-def _measure(plan: TrialPlan) -> ExperimentResult:
-    done = [roll_once(seed) for seed in plan.seeds()]
+def _measure(plan: TrialPlan, sensor: SensorName = "good") -> ExperimentResult:
+    done = [roll_once(seed, sensor) for seed in plan.seeds()]
     row = roll_row(done)
     lines = [
         {

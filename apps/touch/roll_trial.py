@@ -12,7 +12,7 @@ from eyehand.data_synth.pad import PlacedObject, pad_scene, tilted_face
 from eyehand.errors import DeviceError
 from eyehand.tactile import PRESETS, ServoGoal, TactileServo, TouchPhases
 
-from .arm_rig import ArmRig, home_pose
+from .arm_rig import ArmRig, RigOptions, SensorName, home_pose
 from .servo_run import ServoRun, run_servo
 
 if TYPE_CHECKING:
@@ -46,13 +46,15 @@ class RollTrial:
     """Centre of pressure (M,) along the face's tilt direction, m."""
 
 
-def roll_once(seed: int) -> RollTrial:
+def roll_once(seed: int, sensor: SensorName = "good") -> RollTrial:
     """Land on a face tilted by 6° and roll flat, then follow the face to the opposite tilt.
 
     Parameters
     ----------
     seed
         Random seed of the electronics, the noise and the tilt direction of the face, >= 0.
+    sensor
+        Sensor model.
 
     Raises
     ------
@@ -66,7 +68,7 @@ def roll_once(seed: int) -> RollTrial:
     face = PlacedObject(
         tilted_face(TILT, direction), RigidTransform.from_translation(place), "mocap"
     )
-    rig = ArmRig(pad_scene((face,)), seed=seed)
+    rig = ArmRig(pad_scene((face,)), seed=seed, options=RigOptions(sensor=sensor))
 
     def turned(time: float) -> float:
         return -2 * TILT * float(np.clip((time - DISPLACED) / DISPLACING, 0.0, 1.0))

@@ -12,9 +12,11 @@ from eyehand.errors import InputError
 
 from ..bench import Experiment, ExperimentResult, result_table, run_experiment
 from ..console import tracked
+from .arm_rig import SensorName
 from .seek_picture import seek_picture
 from .seek_run import run_seek, seek_row, spot_rows
 from .seek_shapes import SHAPES
+from .trial_arguments import measure_with
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -29,6 +31,7 @@ def experiment_seek(
     *,
     only: Annotated[list[str] | None, Parameter(consume_multiple=True, negative="")] = None,
     seed: int = 0,
+    sensor: SensorName = "good",
     quick: bool = False,
     out: Path = Path("out/experiment_seek"),
     json: bool = False,
@@ -46,6 +49,8 @@ def experiment_seek(
         Objects: box, ridge, prism, bend, disc. Default: all.
     seed
         Seed of places, orientations, first headings and noise.
+    sensor
+        Sensor model: ideal, good, real or harsh.
     quick
         Box, ridge and prism at twice the speed, for a first look.
     out
@@ -57,13 +62,15 @@ def experiment_seek(
     unknown = [name for name in names if name not in SHAPES]
     if unknown:
         raise InputError(f"--only must name some of {', '.join(SHAPES)}, got {unknown[0]}")
-    experiment = Experiment("seek", partial(_measure, names=names))
+    experiment = Experiment("seek", partial(measure_with, partial(_measure, names), sensor))
     return run_experiment(experiment, seed=seed, quick=quick, out=out, json=json)
 
 
-def _measure(plan: TrialPlan, names: Sequence[str]) -> ExperimentResult:
+def _measure(
+    names: Sequence[str], plan: TrialPlan, sensor: SensorName = "good"
+) -> ExperimentResult:
     objects = tracked(names, "objects", len(names))
-    runs = [run_seek(name, plan.seed, quick=plan.quick) for name in objects]
+    runs = [run_seek(name, plan.seed, quick=plan.quick, sensor=sensor) for name in objects]
     rows = [seek_row(run) for run in runs]
     table = result_table(
         rows,

@@ -19,7 +19,7 @@ from eyehand.tactile import (
     TouchPhases,
 )
 
-from .arm_rig import CYCLE, ArmRig, home_pose
+from .arm_rig import CYCLE, ArmRig, RigOptions, SensorName, home_pose
 from .seek_shapes import SHAPES, SeekShape
 
 if TYPE_CHECKING:
@@ -91,7 +91,7 @@ class SeekRun:
     """Simulated time, s."""
 
 
-def run_seek(name: str, seed: int, *, quick: bool = False) -> SeekRun:
+def run_seek(name: str, seed: int, *, quick: bool = False, sensor: SensorName = "good") -> SeekRun:
     """Land on an object and detect its ridges, edges and corners with the contour follower.
 
     Parameters
@@ -110,7 +110,8 @@ def run_seek(name: str, seed: int, *, quick: bool = False) -> SeekRun:
     home = home_pose().translation
     place = home - [*rng.uniform(-OFFSET, OFFSET, 2), GAP] - rotation.apply([*shape.middle, 0.0])
     T_world_object = RigidTransform.from_components(place, rotation)
-    rig = ArmRig(pad_scene((PlacedObject(shape.touch_object, T_world_object),)), seed=seed)
+    scene = pad_scene((PlacedObject(shape.touch_object, T_world_object),))
+    rig = ArmRig(scene, seed=seed, options=RigOptions(sensor=sensor))
     from_world = T_world_object.inv()
     phases = TouchPhases(
         TactileServo(ServoGoal(pressure=PRESSURE), PRESETS["press"]), PhaseOptions(jump=JUMP)

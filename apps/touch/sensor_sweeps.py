@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from eyehand.data_synth.pad import pen, soft_ball
+from eyehand.data_synth.pad import SensorModel, pen, soft_ball
 from eyehand.errors import InputError
 from eyehand.tactile import FeatureOptions
 
@@ -34,7 +34,9 @@ def _fault_sweep(fault: str, axis: str) -> Sweep[None]:
     @as_sweep(fault, axis, "%", FAULTS, holds_to=5.0, right=f"{CALM_CONTACT} on a soft ball")
     def attempt(percent: float, seed: int, method: None) -> Trial:
         try:
-            pad = CarriedPad((soft_ball(),), Electronics(seed, **{fault: 0.01 * percent}))
+            pad = CarriedPad(
+                (soft_ball(),), Electronics(seed, SensorModel(**{fault: 0.01 * percent}))
+            )
         except InputError as error:
             # The pad is rejected before any motion: `0 of 256 tactels work`.
             return Trial(passed=False, refused=True, note=str(error).split(":")[0])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 from math import exp
 from typing import TYPE_CHECKING
@@ -15,9 +15,10 @@ from eyehand.data_synth.pad import (
     CONTROL_RATE,
     IMAGE_RATE,
     PAD_SITE,
+    SENSORS,
     PadSimulation,
+    SensorModel,
     TactilePad,
-    TactileReadout,
     run_bench,
 )
 from eyehand.tactile import FeatureReader, calibrate
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from eyehand.data_synth.pad import TouchObject
+    from eyehand.data_synth.pad import TactileReadout, TouchObject
     from eyehand.tactile import Calibration, ContactFeatures, FeatureOptions
 
 CYCLE = 1.0 / CONTROL_RATE
@@ -49,12 +50,8 @@ class Electronics:
 
     seed: int
     """Random seed of the characteristics and faults."""
-    noise: float = 2.0
-    """Standard deviation of a reading, counts."""
-    dead: float = 0.0
-    """Fraction of tactels that read nothing."""
-    saturated: float = 0.0
-    """Fraction of tactels that read full scale."""
+    sensor: SensorModel = SENSORS["good"]
+    """Sensor model."""
 
 
 class CarriedPad:
@@ -96,7 +93,14 @@ class CarriedPad:
         self._data = data
         self._put()
         import_mujoco().mj_kinematics(model, data)
-        pad = TactilePad(model, data, softness=softness, readout=readout)
+        pad = TactilePad(
+            model,
+            data,
+            softness=softness,
+            readout=readout,
+            sensor=electronics.sensor,
+            seed=electronics.seed,
+        )
         self._simulation = PadSimulation(
             model, data, (pad,), image_rate=CONTROL_RATE, seed=electronics.seed
         )
@@ -158,14 +162,8 @@ class CarriedPad:
 
 @lru_cache(maxsize=64)
 def _calibrated(electronics: Electronics) -> tuple[TactileReadout, Calibration]:
-    e = electronics
-    drawn = np.random.default_rng(e.seed).permutation(TACTELS).tolist()
-    dead, saturated = round(e.dead * TACTELS), round(e.saturated * TACTELS)
-    readout = TactileReadout.draw(
-        TACTELS, seed=e.seed, dead=tuple(drawn[:dead]), saturated=tuple(drawn[dead:][:saturated])
-    )
-    readout = replace(readout, noise=e.noise)
-    return readout, calibrate(run_bench(readout, seed=e.seed))
+    readout = electronics.sensor.readout(TACTELS, electronics.seed)
+    return readout, calibrate(run_bench(readout, seed=electronics.seed))
 
 
 def _compiled(objects: Sequence[TouchObject], mass: float | None) -> tuple[Any, Any, dict]:

@@ -10,17 +10,17 @@ from ..bench import (
     ExperimentResult,
     machine_line,
     result_table,
-    run_experiment,
     write_csv,
 )
 from ..console import tracked
 from .cycle_time import cycle_times
 from .track_picture import track_picture, track_points
 from .track_trial import OBJECTS, track_once, track_rows
-from .trial_arguments import TrialArguments
+from .trial_arguments import TrialArguments, run_trials
 
 if TYPE_CHECKING:
     from ..bench import TrialPlan
+    from .arm_rig import SensorName
 
 SECONDS, QUICK_SECONDS = 20.0, 2.0
 """Length of the evaluated time series after convergence, s. The chapter takes 20 s."""
@@ -37,14 +37,14 @@ def experiment_track(arguments: TrialArguments | None = None) -> int:
     trials of 20 s per object, as in the chapter, which takes 10 minutes; or 1 trial of 2 s with
     --quick.
     """
-    return run_experiment(TRACK, **vars(arguments or TrialArguments()))
+    return run_trials(TRACK, _measure, arguments)
 
 
-def _measure(plan: TrialPlan) -> ExperimentResult:
+def _measure(plan: TrialPlan, sensor: SensorName = "good") -> ExperimentResult:
     seconds = QUICK_SECONDS if plan.quick else SECONDS
     cases = [(name, plan.seed + k) for name in OBJECTS for k in range(plan.trials)]
     done = [
-        track_once(name, seed, LANDING + seconds)
+        track_once(name, seed, LANDING + seconds, sensor)
         for name, seed in tracked(cases, "trials", len(cases))
     ]
     rows = track_rows(done, seconds)

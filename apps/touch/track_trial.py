@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from .arm_rig import SensorName
+
 OBJECTS = {"Rigid pen": pen, "Toy box": toy_box, "Soft ball": soft_ball}
 """Functions that build the objects, by their names in the chapter's Table 1."""
 PAPER = {
@@ -57,7 +59,7 @@ class TrackTrial:
     """Record from the landing onwards."""
 
 
-def track_once(name: str, seed: int, seconds: float) -> TrackTrial:
+def track_once(name: str, seed: int, seconds: float, sensor: SensorName = "good") -> TrackTrial:
     """Land with an offset from the pad's centre and control position and pressure to their goals.
 
     Parameters
@@ -68,6 +70,8 @@ def track_once(name: str, seed: int, seconds: float) -> TrackTrial:
         Random seed of the electronics, the noise and the object's position, >= 0.
     seconds
         Duration after the landing, s.
+    sensor
+        Sensor model.
 
     Raises
     ------
@@ -78,7 +82,8 @@ def track_once(name: str, seed: int, seconds: float) -> TrackTrial:
     offset = rng.uniform(0.5 * OFFSET, OFFSET, 2) * rng.choice([-1, 1], 2)
     place = home_pose().apply([*offset, rng.uniform(*GAPS)])
     placed = PlacedObject(OBJECTS[name](), RigidTransform.from_translation(place))
-    rig = ArmRig(pad_scene((placed,)), seed=seed, options=RigOptions(image_rate=IMAGE_RATE))
+    options = RigOptions(image_rate=IMAGE_RATE, sensor=sensor)
+    rig = ArmRig(pad_scene((placed,)), seed=seed, options=options)
     phases = TouchPhases(TactileServo(ServoGoal(pressure=PRESSURE)))
     run = run_servo(rig, phases, seconds)
     if run.outcome is not None or not len(run.time):

@@ -27,6 +27,7 @@ from .hand_description import (
 )
 from .hand_frame import find_frame
 from .pad_friction import grip_pads
+from .robot_names import ARMS, HANDS, INCLUDED_ARM, make_robot, robot_file
 from .sim_robot import SimRobot
 from .spec_assembly import match_options
 from .synergy_drives import SynergyDrives
@@ -34,9 +35,12 @@ from .synergy_hand_model import synergy_hand_model
 from .tendon_hand_model import tendon_hand_model
 
 __all__ = [
+    "ARMS",
     "CAMERA",
     "DESCRIPTION_SUFFIX",
     "HAND",
+    "HANDS",
+    "INCLUDED_ARM",
     "MAX_RANGE",
     "PALM_BEFORE_FLANGE_M",
     "WORK_AREA_M",
@@ -56,8 +60,10 @@ __all__ = [
     "find_frame",
     "grip_pads",
     "make_clutter",
+    "make_robot",
     "match_options",
     "read_description",
+    "robot_file",
     "scene_options",
     "synergy_hand_model",
     "tendon_hand_model",

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from scipy.spatial.transform import RigidTransform
 
 from eyehand.errors import InputError
 
@@ -16,11 +17,16 @@ from ..mujoco_import import import_mujoco
 from .arm_check import check_arm, check_file_format, check_rest_posture
 from .hand_description import DESCRIPTION_SUFFIX, EXAMPLE, HandDescription, description_beside
 from .hand_frame import find_frame
+from .jaw_assembly import name_parts, prepare_jaws
+from .jaw_drives import JawDrives
+from .jaw_mechanism import JawMechanism, find_jaws
 from .pad_friction import grip_pads
+from .robot_file import compile_robot, read_robot
 from .spec_assembly import match_options, prepare_for_attachment, set_base
 from .synergy_drives import SynergyDrives
 from .synergy_hand_model import synergy_hand_model
 from .tendon_drives import TendonDrives
+from .tendon_geometry import joint_springs, moment_arms
 from .tendon_hand_model import PALM_SITE, tendon_hand_model
 from .tendon_posture import tendon_posture
 
@@ -28,17 +34,15 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
-    from scipy.spatial.transform import RigidTransform
 
-    from eyehand.grasping import HandModel
+    from eyehand.grasping import HandModel, ParallelHand
+
+    from .tendon_geometry import Springs
 
 HAND_PREFIX = "hand_"
 """Prefix of the names of a hand attached to an arm."""
 REST_POSTURE = (-0.42, -0.04, 0.0, -1.87, 0.0, 1.31, -1.99)
 """Joint angles of the LBR at rest in the cell, rad: beside the work area, outside the image."""
-
-_PROBE_RAD = 1e-4
-"""Step of joint angles with which the tendons' moment arms are measured."""
 
 
 @dataclass(frozen=True)
@@ -65,6 +69,10 @@ class GraspRobot:
     keyframe ``home`` for others."""
     fingers: HandDescription | None = None
     """Joints of each finger of a hand with joint motors; None for a tendon hand."""
+    jaws: ParallelHand | None = None
+    """Gripper with two jaws; None for a hand with fingers. The frame is then its tool frame."""
+    mount: RigidTransform | None = None
+    """Pose of the hand's file in the flange, T_flange_hand; None for the default."""
 
     @classmethod
     def of_file(cls, path: Path, frame: str) -> GraspRobot:
@@ -115,6 +123,8 @@ class GraspRobot:
     @functools.cached_property
     def drives(self) -> tuple[str, ...]:
         """Names of the tendons in the order of the file; names of the fingers if it has none."""
+        if self.jaws is not None:
+            return ("width",)
         if self.fingers is not None:
             return tuple(finger.name for finger in self.fingers.fingers)
         model = self._model
@@ -131,10 +141,13 @@ class GraspRobot:
                     f"{', '.join(self.joints)}; got {rest}"
                 )
             return np.array(rest, dtype=np.float64)
-        model = self._model
+        # Joined robots lose their keyframes.
+        model = (
+            self._model if self.jaws is None else compile_robot(read_robot(self.arm), f"{self.arm}")
+        )
         keys = [model.key(number) for number in range(model.nkey)]
         posture = next((key.qpos for key in keys if key.name == HOME_KEY), model.qpos0)
-        return posture[self._arm_addresses].copy()
+        return posture[[model.joint(name).qposadr[0] for name in self.joints]].copy()
 
     @property
     def hand_prefix(self) -> str:
@@ -143,7 +156,7 @@ class GraspRobot:
 
     def hand_spec(self) -> Any:
         """Describe the hand alone (`MjSpec`); the whole robot if it is one file."""
-        return _read(self.hand or self.arm)
+        return read_robot(self.hand or self.arm)
 
     def spec(self, friction: float | None = None) -> Any:
         """Describe arm and hand as an `MjSpec`, base at the world's origin, without keyframes.
@@ -153,18 +166,24 @@ class GraspRobot:
         friction
             Sliding friction of the whole hand; None keeps the values of its file.
         """
-        spec = _read(self.arm)
+        spec = read_robot(self.arm)
         if self.hand is not None:
             flange = next((site for site in spec.sites if site.name == self.flange), None)
             if flange is None:
                 raise InputError(f"{self.arm} has no site {self.flange!r} to carry the hand")
-            hand = _read(self.hand)
+            hand = read_robot(self.hand)
             prepare_for_attachment(hand)
-            for root in hand.worldbody.bodies:
-                root.pos = np.add(root.pos, [0.0, 0.0, PALM_BEFORE_FLANGE_M])
+            if self.jaws is not None:
+                name_parts(hand)
+            default = _default_mount(self.jaws)
+            set_base(hand, default if self.mount is None else self.mount)
             match_options(spec, hand)
             spec.attach(hand, prefix=HAND_PREFIX, site=flange)
         prepare_for_attachment(spec)
+        if self.jaws is not None:
+            name_parts(spec)
+            prepare_jaws(spec, self.mechanism, friction, prefix=self.hand_prefix)
+            return spec
         if friction is not None:
             for geom in spec.geoms:
                 if geom.priority > 0 or geom.name.startswith(HAND_PREFIX):
@@ -181,14 +200,31 @@ class GraspRobot:
                 f"excursions must be {len(self.drives)} finite lengths in m, one for each of "
                 f"{', '.join(self.drives)}; got {excursions.tolist()}"
             )
+        if self.jaws is not None:
+            positions = dict(
+                zip(self.mechanism.joints, self.mechanism.posture(excursions[0]), strict=True)
+            )
+            rest = self._model.qpos0[self._hand_addresses]
+            names = [name.removeprefix(self.hand_prefix) for name in self.hand_joints]
+            return np.array([positions.get(n, q) for n, q in zip(names, rest, strict=True)])
         if self.fingers is not None:
             data = import_mujoco().MjData(self._model)
             drives = SynergyDrives(self._model, data, self.fingers, prefix=self.hand_prefix)
             drives.pose(excursions)
             return data.qpos[self._hand_addresses].copy()
-        return tendon_posture(self._moment_arms, excursions, *self._springs)
+        moments, springs = self._tendons
+        return tendon_posture(moments, excursions, *springs)
 
-    def create_drives(self, model: Any, data: Any, prefix: str) -> TendonDrives | SynergyDrives:
+    @property
+    def open_posture(self) -> NDArray[np.float64]:
+        """Joint angles of the open hand, (J,), rad or m."""
+        if self.jaws is not None:
+            return self.posture([self.mechanism.stroke])
+        return self.posture(np.zeros(len(self.drives)))
+
+    def create_drives(
+        self, model: Any, data: Any, prefix: str
+    ) -> TendonDrives | SynergyDrives | JawDrives:
         """Create the drives that execute hand commands in a world with this robot.
 
         Parameters
@@ -198,18 +234,24 @@ class GraspRobot:
         prefix
             Prefix of the hand's names in the world.
         """
+        if self.jaws is not None:
+            return JawDrives(model, data, self.mechanism, prefix=prefix)
         if self.fingers is None:
             return TendonDrives(model, data, prefix=prefix)
         return SynergyDrives(model, data, self.fingers, prefix=prefix)
 
-    def measured_hand(self) -> HandModel:
+    def measured_hand(self) -> HandModel | ParallelHand:
         """Measure opening widths and reach of the hand from its kinematics.
+
+        A gripper with two jaws has its description.
 
         Raises
         ------
         InputError
             If no fingers close against a thumb, or the fingers are not described.
         """
+        if self.jaws is not None:
+            return self.jaws
         if self.fingers is not None:
             prefix = self.hand_prefix
             return synergy_hand_model(self._model, self.fingers, self.frame, prefix=prefix)
@@ -256,14 +298,29 @@ class GraspRobot:
         return alone
 
     @functools.cached_property
+    def mechanism(self) -> JawMechanism:
+        """The jaws and their motor.
+
+        Raises
+        ------
+        InputError
+            If the file of the hand has no gripper with two jaws.
+        """
+        path = self.arm if self.hand is None else self.hand
+        spec = read_robot(path)
+        name_parts(spec)
+        return find_jaws(spec, path.name)
+
+    def compiled(self) -> Any:
+        """Return the compiled robot alone (`MjModel`), which is shared: do not change it."""
+        return self._model
+
+    @functools.cached_property
     def _model(self) -> Any:
-        spec = _read(self.arm) if self.hand is None else self.spec()
-        try:
-            return spec.compile()
-        except ValueError as error:
-            reason = " ".join(str(error).split())
-            files = f"{self.arm} with {self.hand}" if self.hand is not None else f"{self.arm}"
-            raise InputError(f"MuJoCo cannot compile {files}: {reason}") from None
+        whole = self.hand is None and self.jaws is None
+        spec = read_robot(self.arm) if whole else self.spec()
+        files = f"{self.arm} with {self.hand}" if self.hand is not None else f"{self.arm}"
+        return compile_robot(spec, files)
 
     @functools.cached_property
     def _control_spec(self) -> Any:
@@ -279,49 +336,17 @@ class GraspRobot:
         return np.array([self._model.joint(name).qposadr[0] for name in self.joints])
 
     @functools.cached_property
+    def _tendons(self) -> tuple[NDArray[np.float64], Springs]:
+        """Moment arms of the hand's tendons, (D, J), and the springs of its joints."""
+        springs = joint_springs(self._model, self.hand_joints)
+        return moment_arms(self._model, self.drives, self.hand_joints, springs), springs
+
+    @functools.cached_property
     def _hand_addresses(self) -> NDArray[np.intp]:
         return np.array([self._model.joint(n).qposadr[0] for n in self.hand_joints], dtype=np.intp)
 
-    @functools.cached_property
-    def _springs(self) -> tuple[NDArray, NDArray, NDArray]:
-        """Stiffness, Nm/rad, rest angles and limits, rad, of the hand's joints."""
-        model = self._model
-        numbers = [model.joint(name).id for name in self.hand_joints]
-        limits = np.where(
-            model.jnt_limited[numbers, None].astype(bool), model.jnt_range[numbers], [-np.pi, np.pi]
-        )
-        rest = model.qpos_spring[self._hand_addresses]
-        return model.jnt_stiffness[numbers].copy(), rest.copy(), limits
 
-    @functools.cached_property
-    def _moment_arms(self) -> NDArray[np.float64]:
-        """Shortening of each tendon per joint angle, (D, J), m/rad."""
-        mujoco, model = import_mujoco(), self._model
-        data = mujoco.MjData(model)
-        _, rest, limits = self._springs
-        tendons = [model.tendon(name).id for name in self.drives]
-        data.qpos[self._hand_addresses] = np.clip(rest, *limits.T)
-
-        def lengths() -> NDArray[np.float64]:
-            mujoco.mj_fwdPosition(model, data)
-            return data.ten_length[tendons].copy()
-
-        start, moments = lengths(), np.zeros((len(tendons), len(rest)))
-        for column, place in enumerate(self._hand_addresses):
-            data.qpos[place] += _PROBE_RAD
-            moments[:, column] = (start - lengths()) / _PROBE_RAD
-            data.qpos[place] -= _PROBE_RAD
-        return moments
-
-
-def _read(path: Path) -> Any:
-    mujoco = import_mujoco()
-    if not Path(path).is_file():
-        what = "this is a folder" if Path(path).is_dir() else "no such file"
-        raise InputError(f"robot file {path}: {what}; give the path of an MJCF file")
-    try:
-        return mujoco.MjSpec.from_file(str(path))
-    except (ValueError, mujoco.FatalError) as error:
-        raise InputError(
-            f"cannot read the robot file {path}: {' '.join(str(error).split())}"
-        ) from None
+def _default_mount(jaws: ParallelHand | None) -> RigidTransform:
+    """Return T_flange_hand: the flange for a gripper, the palm's depth before it for the hand."""
+    depth = PALM_BEFORE_FLANGE_M if jaws is None else 0.0
+    return RigidTransform.from_translation([0.0, 0.0, depth])

@@ -108,7 +108,7 @@ class GraspWorld:
         except ValueError as error:
             reason = " ".join(str(error).split())
             raise InputError(f"MuJoCo cannot compile the cell: {reason}") from None
-        if robot.hand_prefix:
+        if robot.hand_prefix and robot.jaws is None:
             _compensate_hand_weight(model, ROBOT_PREFIX + robot.hand_prefix)
         return cls(model, objects, robot, cell, friction)
 

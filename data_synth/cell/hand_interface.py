@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from eyehand.errors import InputError
+from eyehand.grasping import HandCommand
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from eyehand.grasping import HandCommand
+    from eyehand.grasping.hands import AnyCommand
 
 
 def checked_values(command: HandCommand, drives: tuple[str, ...]) -> NDArray[np.float64]:
@@ -34,6 +35,13 @@ def checked_values(command: HandCommand, drives: tuple[str, ...]) -> NDArray[np.
         if mode not in ("position", "pull", "hold"):
             raise InputError(f"drive mode must be position, pull or hold, got {mode!r}")
     return values
+
+
+def finger_command(command: AnyCommand) -> HandCommand:
+    """Return the command of a hand with fingers; raise an `InputError` for one of jaws."""
+    if not isinstance(command, HandCommand):
+        raise InputError(f"a hand with fingers needs a HandCommand, got {command}")
+    return command
 
 
 def pad_forces(data: Any, pad_of_geom: NDArray[np.intp], pads: int) -> NDArray[np.float64]:

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.errors import InputError
-from eyehand.grasping import HandCommand, RobotReading
+from eyehand.grasping import ParallelHand, RobotReading
 from eyehand.perception import CameraIntrinsics, DepthFrame, mask_points, mask_robot
 
 from ..mujoco_import import import_mujoco
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from eyehand.grasping import HandModel
+    from eyehand.grasping.hands import AnyCommand
 
     from ..render.rendered_view import DepthRenderer
     from .grasp_world import GraspWorld
@@ -73,7 +74,7 @@ class SimRobot:
         noise: DepthNoise | None = None,
         seed: int = 0,
         renderer: DepthRenderer | None = None,
-        hand: HandModel | None = None,
+        hand: HandModel | ParallelHand | None = None,
     ) -> None:
         if seed < 0:
             raise InputError(f"seed must be a whole number >= 0, got {seed}")
@@ -88,7 +89,8 @@ class SimRobot:
         self._servos = ArmServos(model, data, joints, world.robot.home)
         self._open_hand()
         self._drives = world.robot.create_drives(model, data, world.hand_prefix)
-        self._tips = _tips(model, world.hand_prefix, self._hand.fingers)
+        fingers = () if isinstance(self._hand, ParallelHand) else self._hand.fingers
+        self._tips = _tips(model, world.hand_prefix, fingers)
         self._touch = ContactRecord(model, data, world)
         self._warnings = [int(getattr(mujoco.mjtWarning, f"mjWARN_{w}")) for w in _WARNINGS]
         self._saved_state = np.empty(
@@ -102,7 +104,7 @@ class SimRobot:
             raise InputError(f"MuJoCo cannot run a cell with this robot: {reason}") from None
 
     @property
-    def hand(self) -> HandModel:
+    def hand(self) -> HandModel | ParallelHand:
         """Model of the hand."""
         return self._hand
 
@@ -156,7 +158,7 @@ class SimRobot:
         )
 
     def step(
-        self, velocity: NDArray[np.float64], command: HandCommand | None = None
+        self, velocity: NDArray[np.float64], command: AnyCommand | None = None
     ) -> RobotReading:
         """Move for one control period and return the state at its end.
 
@@ -272,7 +274,7 @@ class SimRobot:
         held = "robot" in self._touch.touching(name)
         return bool(low and cell.is_over_tray(position) and not held)
 
-    def _check(self, velocity: NDArray[np.float64], command: HandCommand | None) -> None:
+    def _check(self, velocity: NDArray[np.float64], command: AnyCommand | None) -> None:
         if not np.isfinite(velocity).all():
             self._fault = f"commanded joint velocities are not finite: {velocity.tolist()}"
         elif command is not None and not np.isfinite(command.values).all():
@@ -290,8 +292,7 @@ class SimRobot:
 
     def _open_hand(self) -> None:
         robot = self._world.robot
-        posture = robot.posture(np.zeros(len(robot.drives)))
-        for name, angle in zip(robot.hand_joints, posture, strict=True):
+        for name, angle in zip(robot.hand_joints, robot.open_posture, strict=True):
             self._data.joint(ROBOT_PREFIX + name).qpos[0] = angle
 
     def _render(

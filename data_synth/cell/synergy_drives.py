@@ -11,13 +11,13 @@ from eyehand.grasping import HandReading
 
 from ..mujoco_import import import_mujoco
 from .hand_description import THUMB, HandDescription
-from .hand_interface import checked_values, pad_forces
+from .hand_interface import checked_values, finger_command, pad_forces
 from .name_suggestions import suggest_names
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from eyehand.grasping import HandCommand
+    from eyehand.grasping.hands import AnyCommand
     from eyehand.tactile import TactileImage
 
 HINGE_ARM_M = 0.012
@@ -133,7 +133,7 @@ class SynergyDrives:
         self._goal = np.array(excursions, dtype=np.float64)
         self._kept = self._data.qpos[self._addresses].copy()
 
-    def command(self, command: HandCommand) -> None:
+    def command(self, command: AnyCommand) -> None:
         """Set a command; a drive whose mode changes continues from its current state.
 
         Raises
@@ -141,6 +141,7 @@ class SynergyDrives:
         InputError
             If there is not one finite value and one valid mode for each drive.
         """
+        command = finger_command(command)
         values = checked_values(command, self.drives)
         now = self.excursions()
         for k, (old, new) in enumerate(zip(self._modes, command.modes, strict=True)):

@@ -10,14 +10,14 @@ from eyehand.errors import InputError
 from eyehand.grasping import HandReading
 
 from ..mujoco_import import import_mujoco
-from .hand_interface import checked_values, pad_forces
+from .hand_interface import checked_values, finger_command, pad_forces
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
-    from eyehand.grasping import HandCommand
+    from eyehand.grasping.hands import AnyCommand
     from eyehand.tactile import TactileImage
 
 PALM_PAD = "palm_pad"
@@ -106,7 +106,7 @@ class TendonDrives:
         """Return the excursion of each tendon from fully open, (D,), m."""
         return -self._data.ten_length[self._tendons] - self._open
 
-    def command(self, command: HandCommand) -> None:
+    def command(self, command: AnyCommand) -> None:
         """Set a command; a drive whose mode changes continues from its current state.
 
         Raises
@@ -114,6 +114,7 @@ class TendonDrives:
         InputError
             If there is not one finite value and one valid mode for each drive.
         """
+        command = finger_command(command)
         values = checked_values(command, self.drives)
         now = self.excursions()
         tension = self._brakes() + np.abs(self._data.ctrl[self._motors])

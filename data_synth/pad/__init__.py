@@ -7,10 +7,12 @@ A foam bed presses on objects and feels them (`TactilePad`), an arm carries it (
 from .calibration_bench import run_bench
 from .foam import Foam
 from .foam_column import CELLS_PER_TACTEL
+from .pad_options import PadOptions
 from .pad_scene import Arm, PadScene, PlacedObject, pad_scene, padded_arm
 from .pad_simulation import CONTROL_RATE, PadSample, PadSimulation
+from .sensor_model import SENSORS, SensorModel
 from .tactel_spread import POINT_SPREAD_M, spread_weights
-from .tactile_pad import IMAGE_RATE, PAD_SITE, PadOptions, TactilePad
+from .tactile_pad import IMAGE_RATE, PAD_SITE, TactilePad
 from .tactile_readout import TactileReadout
 from .touch_objects import (
     Part,
@@ -32,6 +34,7 @@ __all__ = [
     "IMAGE_RATE",
     "PAD_SITE",
     "POINT_SPREAD_M",
+    "SENSORS",
     "Arm",
     "Foam",
     "PadOptions",
@@ -40,6 +43,7 @@ __all__ = [
     "PadSimulation",
     "Part",
     "PlacedObject",
+    "SensorModel",
     "TactilePad",
     "TactileReadout",
     "TouchObject",

@@ -90,6 +90,8 @@ class ColumnLaw(NamedTuple):
     """Damping over stiffness, s."""
     slip: float
     """Speed at which friction has grown to 1/√2 of its full value, m/s."""
+    lead: float
+    """Time by which bent bristles are advanced, s (see :func:`bristles.bristle_force`)."""
     twist: NDArray
     """(6,) float64, velocity of the solid at the pad's origin, m/s, and angular velocity, rad/s,
     in the pad's frame."""

@@ -6,10 +6,10 @@ from math import floor, sqrt
 
 from numba import njit
 
-HALF_X, HALF_Y, THICKNESS, LOSS_TIME, FRICTION, SLIP_SPEED = 0, 1, 2, 3, 4, 5
+HALF_X, HALF_Y, THICKNESS, LOSS_TIME, FRICTION, SLIP_SPEED, SHEAR_STIFFNESS = range(7)
 """Fields of the bed: half its extents and its height, m; the loss time, s; the coefficient of
-friction; the slip speed, m/s."""
-BED_FIELDS = 6
+friction; the slip speed, m/s; the shear stiffness per area, Pa/m, 0 for viscous friction."""
+BED_FIELDS = 7
 """Number of fields of the bed."""
 CELLS_PER_TACTEL = 2
 """Cells of the force grid per tactel, along x and along y."""
@@ -42,14 +42,19 @@ def column_force(depth, x, y, area, law, bed):
     """
     twist = law.twist
     sinking = -(twist[2] + twist[3] * y - twist[4] * x)
-    slide_x = twist[0] - twist[4] * depth - twist[5] * y
-    slide_y = twist[1] + twist[3] * depth + twist[5] * x
+    slide_x, slide_y = slide_at(twist, x, y, depth)
     pressure, slope = table_pressure(law.table, law.step, depth)
     pressure = max(pressure + law.loss_time * slope * sinking, 0.0)
     push = pressure * area
     slip = law.slip
     grip = -bed[FRICTION] * push / sqrt(slide_x * slide_x + slide_y * slide_y + slip * slip)
     return push, grip * slide_x, grip * slide_y, slope * area
+
+
+@njit(cache=True, error_model="numpy")
+def slide_at(twist, x, y, depth):
+    """Return the velocity along x and y, m/s, of a solid's point at (x, y, -depth)."""
+    return twist[0] - twist[4] * depth - twist[5] * y, twist[1] + twist[3] * depth + twist[5] * x
 
 
 @njit(cache=True, error_model="numpy")
@@ -61,13 +66,7 @@ def deposit(grid, bed, x, y, along_z, along_x, along_y):
     because nothing else bears it.
     """
     rows, columns = grid.shape[1], grid.shape[2]
-    place_x = (x + bed[HALF_X]) / (2.0 * bed[HALF_X]) * columns
-    place_y = (y + bed[HALF_Y]) / (2.0 * bed[HALF_Y]) * rows
-    column = min(max(floor(place_x), 0), columns - 1)
-    row = min(max(floor(place_y), 0), rows - 1)
-    a, b = place_x - column - 0.5, place_y - row - 0.5
-    weights_x = (0.5 * (0.5 - a) ** 2, 0.75 - a * a, 0.5 * (0.5 + a) ** 2)
-    weights_y = (0.5 * (0.5 - b) ** 2, 0.75 - b * b, 0.5 * (0.5 + b) ** 2)
+    row, column, weights_x, weights_y = spline_weights(bed, rows, columns, x, y)
     sheared = along_x != 0.0 or along_y != 0.0
     for p in range(3):
         r = min(max(row + p - 1, 0), rows - 1)
@@ -78,6 +77,19 @@ def deposit(grid, bed, x, y, along_z, along_x, along_y):
             if sheared:
                 grid[1, r, c] += weight * along_x
                 grid[2, r, c] += weight * along_y
+
+
+@njit(cache=True, error_model="numpy")
+def spline_weights(bed, rows, columns, x, y):
+    """Return the middle cell (row, column) of the 3x3 cells around (x, y), and their weights."""
+    place_x = (x + bed[HALF_X]) / (2.0 * bed[HALF_X]) * columns
+    place_y = (y + bed[HALF_Y]) / (2.0 * bed[HALF_Y]) * rows
+    column = min(max(floor(place_x), 0), columns - 1)
+    row = min(max(floor(place_y), 0), rows - 1)
+    a, b = place_x - column - 0.5, place_y - row - 0.5
+    weights_x = (0.5 * (0.5 - a) ** 2, 0.75 - a * a, 0.5 * (0.5 + a) ** 2)
+    weights_y = (0.5 * (0.5 - b) ** 2, 0.75 - b * b, 0.5 * (0.5 + b) ** 2)
+    return row, column, weights_x, weights_y
 
 
 @njit(cache=True, error_model="numpy")

@@ -7,9 +7,19 @@ from math import ceil, floor
 import numpy as np
 from numba import njit
 
+from .bristles import bristle_force
 from .contact_data import ColumnLaw
 from .contact_motion import stable_limits, store_pose, to_pad_frame, twist_since
-from .foam_column import HALF_X, HALF_Y, THICKNESS, add_force, column_force, deposit
+from .foam_column import (
+    HALF_X,
+    HALF_Y,
+    SHEAR_STIFFNESS,
+    THICKNESS,
+    add_force,
+    column_force,
+    deposit,
+    slide_at,
+)
 
 _MIN_DOUBLE_AREA = 1e-15
 """Triangles with less than half this area, in cells, are not drawn."""
@@ -34,15 +44,15 @@ def press_mesh(pad, mesh, table, step, bed, dt, state, work):
     state
         :class:`ContactState` of this mesh alone (K = 1), overwritten.
     work
-        Depth buffer (n, n) float64, n samples in a row, overwritten; and the force grid
-        (3, rows, columns) float64, to which the forces on the pad are added.
+        Depth buffer (n, n) float64, n samples in a row, overwritten; the force grid (3, rows,
+        columns) float64, to which the forces on the pad are added; and the bristles.
 
     Returns
     -------
     bool
         Whether the mesh touches.
     """
-    depths, grid = work
+    depths, grid, bristles = work
     last_pose, wrench = state.poses[0], state.wrenches[0]
     rotation, position = np.empty((3, 3)), np.empty(3)
     to_pad_frame(pad, mesh.position, mesh.rotation, rotation, position)
@@ -63,8 +73,8 @@ def press_mesh(pad, mesh, table, step, bed, dt, state, work):
     twist = np.empty(6)
     twist_since(rotation, position, last_pose, dt, twist)
     loss_time, slip = stable_limits(bed, dt, wrench, state.stiffness[0], mesh.mass)
-    law = ColumnLaw(table, step, loss_time, slip, twist)
-    state.stiffness[0] = _press_depths(depths, frame, law, bed, wrench, grid)
+    law = ColumnLaw(table, step, loss_time, slip, dt + loss_time, twist)
+    state.stiffness[0] = _press_depths(depths, frame, law, bed, wrench, (grid, bristles))
     store_pose(rotation, position, last_pose)
     return wrench[2] > 0.0
 
@@ -133,7 +143,7 @@ def _draw_depths(mesh, rotation, position, bed, depths, frame):
 
 
 @njit(cache=True, error_model="numpy")
-def _press_depths(depths, frame, law, bed, wrench, grid):
+def _press_depths(depths, frame, law, bed, wrench, work):
     """Press a drawn mesh into the bed.
 
     Parameters
@@ -146,14 +156,15 @@ def _press_depths(depths, frame, law, bed, wrench, grid):
         (BED_FIELDS,) float64.
     wrench
         (6,) float64, overwritten by force and torque about the pad's origin on the mesh.
-    grid
-        (3, rows, columns) float64; forces on the pad are added to it.
+    work
+        Force grid (3, rows, columns) float64, to which forces on the pad are added; and bristles.
 
     Returns
     -------
     float
         Normal stiffness, N/m.
     """
+    grid, bristles = work
     wrench[:] = 0.0
     stiffness = 0.0
     area = frame[2] * frame[3]
@@ -165,6 +176,9 @@ def _press_depths(depths, frame, law, bed, wrench, grid):
                 continue
             x = frame[0] + (column + 0.5) * frame[2]
             fz, fx, fy, slope = column_force(depth, x, y, area, law, bed)
+            if bed[SHEAR_STIFFNESS] > 0.0:
+                vx, vy = slide_at(law.twist, x, y, depth)
+                fx, fy = bristle_force(bristles, bed, law.lead, x, y, fz, area, vx, vy)
             add_force(wrench, x, y, depth, fx, fy, fz)
             stiffness += slope
             deposit(grid, bed, x, y, fz, -fx, -fy)

@@ -12,7 +12,8 @@ from eyehand.errors import InputError
 
 from ..arms import LBR_ARM, TOOL_SITE
 from ..mujoco_import import import_mujoco
-from .tactile_pad import IMAGE_RATE, PAD_SITE, PadOptions
+from .pad_options import PadOptions
+from .tactile_pad import IMAGE_RATE, PAD_SITE
 
 if TYPE_CHECKING:
     from .foam import Foam

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from .pad_scene import PadScene
+    from .sensor_model import SensorModel
     from .tactile_readout import TactileReadout
 
 CONTROL_RATE = 250.0
@@ -113,6 +114,7 @@ class PadSimulation:
         image_rate: float = IMAGE_RATE,
         seed: int = 0,
         readouts: Sequence[TactileReadout] | None = None,
+        sensor: SensorModel | None = None,
     ) -> PadSimulation:
         """Start a scene at time 0.
 
@@ -126,6 +128,8 @@ class PadSimulation:
             See the class.
         readouts
             Electronics of each pad; the default ones if not given.
+        sensor
+            Sensor model of all pads; "good" if not given.
         """
         mujoco = import_mujoco()
         data = mujoco.MjData(scene.model)
@@ -137,9 +141,11 @@ class PadSimulation:
         # Pads hold views of the data's arrays, which are filled here.
         mujoco.mj_kinematics(scene.model, data)
         pads = [
-            TactilePad(scene.model, data, site, scene.pad, scene.softness, readout)
-            for site, readout in zip(
-                scene.sites, readouts or [None] * len(scene.sites), strict=True
+            TactilePad(
+                scene.model, data, site, scene.pad, scene.softness, readout, sensor, seed + k
+            )
+            for k, (site, readout) in enumerate(
+                zip(scene.sites, readouts or [None] * len(scene.sites), strict=True)
             )
         ]
         return cls(scene.model, data, pads, names, image_rate, seed)

@@ -13,6 +13,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from .bristles import bristle_force
 from .column_entry import BOX, CYLINDER
 from .contact_data import ColumnLaw
 from .contact_motion import stable_limits, store_pose, to_pad_frame, twist_since
@@ -26,7 +27,16 @@ from .contact_window import (
     WINDOW_FIELDS,
     sunken_window,
 )
-from .foam_column import HALF_X, HALF_Y, THICKNESS, add_force, column_force, deposit
+from .foam_column import (
+    HALF_X,
+    HALF_Y,
+    SHEAR_STIFFNESS,
+    THICKNESS,
+    add_force,
+    column_force,
+    deposit,
+    slide_at,
+)
 from .indentation import (
     SOLID_FIELDS,
     WINDOW,
@@ -42,7 +52,7 @@ _PARALLEL = 1e-12
 
 
 @njit(cache=True, error_model="numpy")
-def press_solids(pad, solids, tables, bed, dt, state, grid):
+def press_solids(pad, solids, tables, bed, dt, state, grid, bristles):
     """Press K simple solids into the bed.
 
     Parameters
@@ -58,6 +68,8 @@ def press_solids(pad, solids, tables, bed, dt, state, grid):
     grid
         (3, CELLS_PER_TACTEL * rows, CELLS_PER_TACTEL * columns) float64, overwritten by the force
         on each cell of the pad: normal, along x, along y, N.
+    bristles
+        (BRISTLE_FIELDS, rows, columns) float64 (see :mod:`bristles`); unused with viscous friction.
 
     Returns
     -------
@@ -98,9 +110,11 @@ def press_solids(pad, solids, tables, bed, dt, state, grid):
         wrench = state.wrenches[k]
         loss_time, slip = stable_limits(bed, dt, wrench, state.stiffness[k], solids.masses[k])
         row = solids.laws[k]
-        law = ColumnLaw(tables.pressures[row], tables.steps[row], loss_time, slip, twist)
+        law = ColumnLaw(
+            tables.pressures[row], tables.steps[row], loss_time, slip, dt + loss_time, twist
+        )
         state.stiffness[k] = _press_solid(
-            k, others[:rivals], packed, solids.samples[k], law, bed, wrench, grid
+            k, others[:rivals], packed, solids.samples[k], law, bed, wrench, (grid, bristles)
         )
         touching += 1 if wrench[2] > 0.0 else 0
     _update_state(near[:found], R_pad_solid, p_pad_solid, state)
@@ -183,11 +197,13 @@ def _row_end(solid, thickness, ux, uy, v, start, step, count):
 
 
 @njit(cache=True, error_model="numpy")
-def _press_solid(k, rivals, packed, count, law, bed, wrench, grid):
+def _press_solid(k, rivals, packed, count, law, bed, wrench, work):
     """Press solid k into the bed, add its forces to the grid, and return the stiffness under it.
 
-    `rivals` are the solids that may lie over the same columns, `count` the samples in a row.
+    `rivals` are the solids that may lie over the same columns, `count` the samples in a row, `work`
+    the force grid and the bristles.
     """
+    grid, bristles = work
     solid = unpack_solid(packed, k)
     half_x, half_y, thickness = bed[HALF_X], bed[HALF_Y], bed[THICKNESS]
     wrench[:] = 0.0
@@ -220,6 +236,9 @@ def _press_solid(k, rivals, packed, count, law, bed, wrench, grid):
             if len(rivals):
                 depth, share = shared_column(depth, rivals, packed, thickness, x, y)
             fz, fx, fy, slope = column_force(depth, x, y, share * area, law, bed)
+            if bed[SHEAR_STIFFNESS] > 0.0:
+                vx, vy = slide_at(law.twist, x, y, depth)
+                fx, fy = bristle_force(bristles, bed, law.lead, x, y, fz, share * area, vx, vy)
             add_force(wrench, x, y, depth, fx, fy, fz)
             stiffness += slope
             deposit(grid, bed, x, y, fz, -fx, -fy)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,20 +10,28 @@ from eyehand.errors import InputError
 from eyehand.tactile import TactileArray
 
 from .body_forces import push_bodies
+from .bristles import BRISTLE_FIELDS, bend_bristles
 from .column_entry import BOX, CAPSULE, CYLINDER, ELLIPSOID, SPHERE
 from .contact_data import ContactState, MeshSolid, PadPose, PressureTables, SimpleSolids
 from .contact_motion import POSE_FIELDS
-from .foam import Foam, pressure_table
+from .foam import pressure_table
 from .foam_column import CELLS_PER_TACTEL
+from .layer_shear import base_forces
 from .mesh_contact import press_mesh
+from .pad_options import PadOptions
+from .sensor_memory import SensorMemory
+from .sensor_model import SENSORS
 from .solid_contact import press_solids
 from .tactel_spread import POINT_SPREAD_M, spread_to_tactels, spread_weights
-from .tactile_readout import TactileReadout
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from numpy.typing import NDArray
+
+    from .foam import Foam
+    from .sensor_model import SensorModel
+    from .tactile_readout import TactileReadout
 
 IMAGE_RATE = 1900.0
 """Images per second of the simulated pad (Schürmann et al., IROS 2011)."""
@@ -41,6 +48,9 @@ surface sinks."""
 _SLIP_SPEED_M_S = 0.005
 """Speed at which friction has grown to 1/√2 of its full value. A lower speed holds better and
 needs shorter steps."""
+_SHEAR_SHARE = 0.5
+"""Shear modulus of the foam over its modulus in compression. Poisson's ratio of soft open-cell
+foams is close to 0, which makes it 1/2."""
 _SAMPLE_SPACING_M = 0.0015
 """Rows of samples over an object: its diameter over this length, within the two bounds below."""
 _MIN_SAMPLES = 8
@@ -50,37 +60,6 @@ _MAX_SAMPLES = 24
 
 _MESH = 7
 _KINDS = (SPHERE, CAPSULE, ELLIPSOID, CYLINDER, BOX)
-
-
-@dataclass(frozen=True)
-class PadOptions:
-    """Size and material of the pad.
-
-    Raises
-    ------
-    InputError
-        If a value is out of range.
-    """
-
-    rows: int = 16
-    """Tactels along y."""
-    columns: int = 16
-    """Tactels along x."""
-    pitch: float = 0.005
-    """Distance between the centres of two tactels, m: smaller resolves finer shapes."""
-    foam: Foam = field(default_factory=Foam)
-    """The layer of foam that covers the tactels."""
-    friction: float = 0.6
-    """Coulomb's coefficient between foam and objects."""
-
-    def __post_init__(self) -> None:
-        if self.rows < 1 or self.columns < 1 or not 0 < self.pitch < np.inf:
-            raise InputError(
-                "rows, columns and pitch must be > 0, got "
-                f"{self.rows}, {self.columns}, {self.pitch} m"
-            )
-        if not 0 <= self.friction < np.inf:
-            raise InputError(f"friction must be >= 0, got {self.friction}")
 
 
 class TactilePad:
@@ -102,7 +81,11 @@ class TactilePad:
     softness
         Foam of each geom by name; other geoms are rigid.
     readout
-        The electronics; the default ones if not given.
+        The electronics; those of seed 0 of the sensor model if not given.
+    sensor
+        The sensor model; "good" of :data:`SENSORS` if not given.
+    seed
+        Source of the tactels' gains and drifts, >= 0.
 
     Raises
     ------
@@ -118,14 +101,18 @@ class TactilePad:
         options: PadOptions | None = None,
         softness: Mapping[str, Foam] | None = None,
         readout: TactileReadout | None = None,
+        sensor: SensorModel | None = None,
+        seed: int = 0,
     ) -> None:
         self.options = options or PadOptions()
         o = self.options
         self.array = TactileArray.flat(o.rows, o.columns, o.pitch)
         count = o.rows * o.columns
-        self.readout = readout or TactileReadout.draw(count)
+        self.sensor = sensor or SENSORS["good"]
+        self.readout = readout or self.sensor.readout(count)
         if self.readout.tactels != count:
             raise InputError(f"the pad has {count} tactels, its readout {self.readout.tactels}")
+        self._memory = SensorMemory(self.sensor, self.readout, seed)
         number = _index_of(model.nsite, model.site, site, "site")
         self._pad = PadPose(data.site_xpos[number], data.site_xmat[number])
         self._body = int(model.site_bodyid[number])
@@ -134,21 +121,32 @@ class TactilePad:
         self._across = spread_weights(o.columns, o.pitch, POINT_SPREAD_M)
         self._down = spread_weights(o.rows, o.pitch, POINT_SPREAD_M)
         half_x, half_y = 0.5 * o.columns * o.pitch, 0.5 * o.rows * o.pitch
-        self._bed = np.array(
-            [half_x, half_y, o.foam.thickness, _LOSS_TIME_S, o.friction, _SLIP_SPEED_M_S]
+        foam = o.foam
+        shear_stiffness = (
+            _SHEAR_SHARE * foam.modulus / foam.thickness if self.sensor.shear > 0 else 0.0
         )
+        self._bed = np.array(
+            [
+                half_x, half_y, foam.thickness, _LOSS_TIME_S, o.friction, _SLIP_SPEED_M_S,
+                shear_stiffness,
+            ]
+        )  # fmt: skip
         self._select_geoms(model, softness or {})
         self._grid = np.zeros((3, CELLS_PER_TACTEL * o.rows, CELLS_PER_TACTEL * o.columns))
-        self._mesh_work = (np.zeros((_MESH_SAMPLES, _MESH_SAMPLES)), self._grid)
+        self._base = np.zeros_like(self._grid)
+        self._bristles = np.zeros((BRISTLE_FIELDS, *self._grid.shape[1:]))
+        self._mesh_work = (np.zeros((_MESH_SAMPLES, _MESH_SAMPLES)), self._grid, self._bristles)
         self._pushed = np.zeros((model.nbody, 6))
         self.true_pressures: NDArray[np.float64] = np.zeros(count)
-        """(N,), Pa: pressure on each tactel, before the electronics. The next contact overwrites
-        this array and the two below."""
+        """(N,), Pa: pressure on each tactel, before the electronics. It is negative where a sheared
+        layer pulls. The next contact overwrites this array and the two below."""
         self.true_shear: NDArray[np.float64] = np.zeros((count, 2))
         """(N, 2), Pa: shear stress by friction, along the pad's x and y."""
         self.wrench: NDArray[np.float64] = np.zeros(6)
         """Force, N, and torque about the pad's origin, N m, of the foam on all objects, (6,), in
         the pad's frame."""
+        self.slip_share = 0.0
+        """Share of the normal force on columns that slide, 0..1; always 0 without shear."""
 
     @property
     def force(self) -> float:
@@ -199,7 +197,14 @@ class TactilePad:
         solids.positions[:] = data.geom_xpos[self._geoms[:simple]]
         solids.rotations[:] = data.geom_xmat[self._geoms[:simple]]
         touching = press_solids(
-            self._pad, solids, self._tables, self._bed, dt, self._solid_state, self._grid
+            self._pad,
+            solids,
+            self._tables,
+            self._bed,
+            dt,
+            self._solid_state,
+            self._grid,
+            self._bristles,
         )
         for k, mesh in enumerate(self._meshes, start=simple):
             law, geom = self._laws[k], self._geoms[k]
@@ -223,14 +228,23 @@ class TactilePad:
             data.xfrc_applied,
             self.wrench,
         )
+        image = self._grid
+        if self.sensor.shear > 0:
+            self.slip_share = bend_bristles(image, self._bed, dt, self._bristles)
+            cell = self.options.pitch / CELLS_PER_TACTEL
+            lever = self.sensor.shear * self.options.foam.thickness
+            base_forces(image, lever, cell, cell, self._base)
+            image = self._base
         area = self.array.area
         spread_to_tactels(
-            self._grid, self._across, self._down, area, self.true_pressures, self.true_shear
+            image, self._across, self._down, area, self.true_pressures, self.true_shear
         )
         return touching
 
     def read(self, rng: np.random.Generator) -> NDArray[np.uint16]:
         """Read the image of the last contact through the electronics.
+
+        Call this once per image: the sensor's memory advances to ``data.time``.
 
         Parameters
         ----------
@@ -240,9 +254,9 @@ class TactilePad:
         Returns
         -------
         NDArray
-            (N,) uint16, 12 bits, row by row as in ``array``.
+            (N,) uint16, 12 bits, row by row as in ``array``. It is older by the sensor's wait.
         """
-        return self.readout.raw(self.true_pressures, rng)
+        return self._memory.read(float(self._data.time), self.true_pressures, rng)
 
     def max_frequency(self) -> float:
         """Return the highest angular frequency of a free body on the bed, rad/s; 0 if none touches.

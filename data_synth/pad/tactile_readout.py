@@ -63,6 +63,8 @@ class TactileReadout:
     """(N,)."""
     noise: float
     """Standard deviation of a reading, counts."""
+    common_noise: float = 0.0
+    """Standard deviation of the noise that all readings of an image share, counts."""
     dead: tuple[int, ...] = ()
     """Tactels that read only noise under any pressure: a broken wire."""
     saturated: tuple[int, ...] = ()
@@ -95,6 +97,7 @@ class TactileReadout:
         *,
         seed: int = 0,
         noise: float = NOISE,
+        common_noise: float = 0.0,
         dead: tuple[int, ...] = (),
         saturated: tuple[int, ...] = (),
     ) -> TactileReadout:
@@ -108,6 +111,8 @@ class TactileReadout:
             Source of the characteristics, >= 0.
         noise
             Standard deviation of a reading from one image to the next, counts, >= 0.
+        common_noise
+            Standard deviation of the noise that all readings of an image share, counts, >= 0.
         dead, saturated
             Numbers of faulty tactels.
 
@@ -118,8 +123,8 @@ class TactileReadout:
         """
         if tactels < 1 or seed < 0:
             raise InputError(f"need tactels >= 1 and seed >= 0, got {tactels} and {seed}")
-        if not 0 <= noise < np.inf:
-            raise InputError(f"noise must be >= 0 counts, got {noise}")
+        if not (0 <= noise < np.inf and 0 <= common_noise < np.inf):
+            raise InputError(f"noise must be >= 0 counts, got {noise} and {common_noise}")
         rng = np.random.default_rng(seed)
         return cls(
             np.maximum(rng.normal(_OFFSET, _OFFSET_SPREAD, tactels), 0.0),
@@ -127,6 +132,7 @@ class TactileReadout:
             _HALF_PRESSURE * np.exp(rng.normal(0.0, _HALF_PRESSURE_SPREAD, tactels)),
             np.maximum(rng.normal(_EXPONENT, _EXPONENT_SPREAD, tactels), 0.5 * _EXPONENT),
             noise,
+            common_noise,
             dead,
             saturated,
         )
@@ -156,7 +162,10 @@ class TactileReadout:
         return counts
 
     def raw(
-        self, pressures: NDArray[np.float64], rng: np.random.Generator | None
+        self,
+        pressures: NDArray[np.float64],
+        rng: np.random.Generator | None,
+        shift: NDArray[np.float64] | None = None,
     ) -> NDArray[np.uint16]:
         """Convert pressures to readings.
 
@@ -166,6 +175,8 @@ class TactileReadout:
             (N,), Pa, >= 0.
         rng
             Source of the noise; no noise if None.
+        shift
+            (N,), counts that drift adds to the readings; none if not given.
 
         Returns
         -------
@@ -173,8 +184,12 @@ class TactileReadout:
             (N,) uint16, 0..4095.
         """
         counts = self.clean(pressures)
+        if shift is not None:
+            counts += shift
         if rng is not None:
             counts += self.noise * rng.standard_normal(self.tactels)
+            if self.common_noise > 0.0:
+                counts += self.common_noise * rng.standard_normal()
         return np.clip(np.rint(counts), 0, FULL_SCALE).astype(np.uint16)
 
 

@@ -6,7 +6,15 @@
 from .closing import IDLE_OPENING, Closing, open_command, preshape_command
 from .grip_options import GripOptions
 from .hand_files import built_in_hands, hand_json, load_hand, read_hand, write_hand
-from .hand_messages import DriveMode, HandCommand, HandReading
+from .hand_messages import (
+    AnyCommand,
+    AnyReading,
+    DriveMode,
+    HandCommand,
+    HandReading,
+    JawCommand,
+    JawReading,
+)
 from .hand_model import HandModel
 from .hand_names import PALM, PINCER_FINGER, THUMB
 from .hand_state import finger_curl, finger_forces, grip_width, is_holding
@@ -19,6 +27,8 @@ __all__ = [
     "PALM",
     "PINCER_FINGER",
     "THUMB",
+    "AnyCommand",
+    "AnyReading",
     "Closing",
     "DescribedHand",
     "DriveMode",
@@ -29,6 +39,8 @@ __all__ = [
     "HandJoint",
     "HandModel",
     "HandReading",
+    "JawCommand",
+    "JawReading",
     "ParallelHand",
     "ToolPose",
     "built_in_hands",

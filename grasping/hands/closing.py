@@ -12,16 +12,22 @@ from ..prototypes import Prototype
 from .grip_options import GripOptions
 from .hand_messages import HandCommand
 from .hand_names import PINCER_FINGER, THUMB, WRAP_DRIVES
-from .hand_state import MIN_ENCLOSED_WIDTH, finger_forces, grip_width, is_holding
+from .hand_state import (
+    MIN_ENCLOSED_WIDTH,
+    finger_forces,
+    finger_reading,
+    grip_width,
+    is_holding,
+)
 from .wrapping import DRAW_TENSION, DRAW_TENSION_RATE, THUMB_HOLD_SHARE, Wrapping
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from .hand_messages import DriveMode, HandReading
+    from .hand_messages import AnyReading, DriveMode, HandReading
     from .hand_model import HandModel
 
-ClosingState = Literal["preshape", "closing", "gripping", "holding", "empty"]
+ClosingState = Literal["preshape", "closing", "gripping", "holding", "empty", "stalled"]
 """State of the closing hand.
 
 - preshape: closing has not begun.
@@ -29,6 +35,7 @@ ClosingState = Literal["preshape", "closing", "gripping", "holding", "empty"]
 - gripping: the tension rises.
 - holding: the grip is steady.
 - empty: the hand closed without an object.
+- stalled: the hand does not follow its command.
 """
 
 IDLE_OPENING = 0.06
@@ -131,7 +138,7 @@ class Closing:
         """Tension of each finger's tendon in the grip, N."""
         return self._options.finger_tension(self._prototype, self._finger_count)
 
-    def step(self, reading: HandReading, dt: float) -> HandCommand:
+    def step(self, reading: AnyReading, dt: float) -> HandCommand:
         """Compute the command for the next control period.
 
         Parameters
@@ -141,6 +148,7 @@ class Closing:
         dt
             Control period, s.
         """
+        reading = finger_reading(reading)
         if self.state == "preshape":
             self.state = "closing"
             moving = [*self._fingers, self._thumb]

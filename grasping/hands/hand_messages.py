@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, TypeAlias
+
+import numpy as np
 
 if TYPE_CHECKING:
-    import numpy as np
     from numpy.typing import NDArray
 
     from eyehand.tactile import TactileImage
@@ -45,3 +46,38 @@ class HandReading:
     """Normal force on each pad of phalanges and palm, (P,), N."""
     tips: tuple[TactileImage, ...]
     """Tactile image of each fingertip; empty for a hand without tactile sensors."""
+
+
+@dataclass(frozen=True)
+class JawCommand:
+    """Command for a gripper with two jaws."""
+
+    width: float
+    """Distance between the pads to move to, m."""
+    force: float
+    """Maximum force of each jaw, N."""
+
+    @property
+    def values(self) -> NDArray[np.float64]:
+        """Width in m and force in N, (2,)."""
+        return np.array([self.width, self.force])
+
+
+@dataclass(frozen=True)
+class JawReading:
+    """Sensor readings of a gripper with two jaws. Only the width is required."""
+
+    width: float
+    """Distance between the pads, m."""
+    effort: float | None = None
+    """Force of each jaw that the motor measures, N; None without this sense."""
+    forces: tuple[float, float] | None = None
+    """Normal force on the pads of the jaws at -x and +x, N; None without this sense."""
+    tips: tuple[TactileImage, ...] = ()
+    """Tactile image of each pad; empty without this sense."""
+
+
+AnyCommand: TypeAlias = HandCommand | JawCommand
+"""Command of either kind of hand."""
+AnyReading: TypeAlias = HandReading | JawReading
+"""Reading of either kind of hand."""

@@ -10,12 +10,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from eyehand.errors import InputError
+
+from .hand_messages import HandReading
 from .hand_names import PALM, PINCER_FINGER, THUMB, TIP, WRAP_DRIVES
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from .hand_messages import HandReading
+    from .hand_messages import AnyReading
     from .hand_model import HandModel
 
 EMPTY_WIDTH = 0.002
@@ -128,3 +131,19 @@ def _half_width(hand: HandModel, drive: int, excursion: float) -> float:
         slope = (halves[-1] - halves[-4]) / (excursions[-1] - excursions[-4])
         return float(halves[-1] + slope * (excursion - excursions[-1]))
     return float(np.interp(excursion, excursions, halves))
+
+
+def finger_reading(reading: AnyReading) -> HandReading:
+    """Return the reading of a hand with fingers.
+
+    Raises
+    ------
+    InputError
+        If it is that of a gripper with two jaws.
+    """
+    if not isinstance(reading, HandReading):
+        raise InputError(
+            "the reading of a hand with fingers must be a HandReading, got "
+            f"{type(reading).__name__}"
+        )
+    return reading

@@ -152,10 +152,10 @@ def _approaches(
 
 
 def _depths(half: NDArray[np.float64], hand: ParallelHand) -> NDArray[np.float64]:
-    """Return depths (m, 3) of the fingertips beyond the centre of a solid, m; NaN for none.
+    """Return depths (m, 4) of the fingertips beyond the centre of a solid, m; NaN for none.
 
-    The pads are centred on it, the fingertips reach its far side, or the pads just cover its near
-    side.
+    The pads are centred on it, the fingertips reach its far side, the pads just cover its near
+    side, or the object reaches the palm.
 
     Parameters
     ----------
@@ -170,10 +170,11 @@ def _depths(half: NDArray[np.float64], hand: ParallelHand) -> NDArray[np.float64
             np.minimum(deepest, 0.5 * hand.pad_height),
             np.minimum(deepest, half),
             np.minimum(deepest, hand.pad_height - half),
+            deepest,
         ],
         axis=1,
     )
-    for k in (1, 2):
+    for k in (1, 2, 3):
         near = np.nanmin(np.abs(wanted[:, :k] - wanted[:, k : k + 1]), axis=1) < DEPTH_STEP
         wanted[near, k] = np.nan
     return wanted

@@ -8,18 +8,10 @@ import numpy as np
 from scipy.special import expit, ndtr
 
 from .candidates import Candidates
-from .clearance import hand_clearances, lowest_height
 from .contacts import pad_contacts
+from .free_travel import free_travel
 from .grasp import APPROACH
-from .scoring import (
-    CLEARANCE_SIGMA,
-    OVERLAP_MIDDLE,
-    OVERLAP_SCALE,
-    SAMPLE_SPACING,
-    TILT_SIGMA,
-    TOUCH_ALLOWANCE,
-    clearance_terms,
-)
+from .scoring import CLEARANCE_SIGMA, OVERLAP_MIDDLE, OVERLAP_SCALE, SAMPLE_SPACING, TILT_SIGMA
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -34,12 +26,17 @@ if TYPE_CHECKING:
     from .scored import ScoredCandidates
     from .surface_model import ObjectSurface
 
-SIGMAS = (-1.2, 1.2)
-"""Errors that are tried, in standard deviations."""
-MIDDLE_WEIGHT = 0.4
-"""Weight of no error. The three have the variance of a normal distribution within 14 %."""
-TABLE_TERM = 0.5
-"""Probability that a grasp succeeds although the hand touches the support on its way."""
+ERRORS = np.linspace(-2.25, 2.25, 7)
+"""Errors that are tried, in standard deviations. Grasps that all succeed within one standard
+deviation differ in the tails."""
+WEIGHTS = np.exp(-0.5 * ERRORS**2) / np.exp(-0.5 * ERRORS**2).sum()
+"""Their probabilities: normally distributed."""
+STOPPED_TERM = 0.5
+"""Probability that an arm that does not stop succeeds although its hand touches something."""
+MIN_SHIFT = 1e-4
+"""Minimum standard deviation of a shift along the closing axis, m."""
+REACHED = 0.002
+"""Rest of the approach that counts as reached, m."""
 
 
 def depth_error_term(
@@ -53,20 +50,44 @@ def depth_error_term(
     """Return the mean success under errors of the depth scale over that without error, (n,).
 
     An error moves the scene along the line of sight. The hand then meets the object elsewhere, or
-    touches it, a neighbour or the support on its way.
+    touches it, a neighbour or the support on its way. A guarded arm stops and closes there.
     """
     if options.depth_error <= 0.0 or len(scored.candidates) == 0:
         return np.ones(len(scored.candidates))
     sight = scored.candidates.tip - scene.view_origin
-    terms = scored.terms
-    nominal = terms["friction"] * terms["overlap"] * terms["own_clearance"] * terms["clearance"]
-    mean = MIDDLE_WEIGHT * nominal
-    for sigma in SIGMAS:
-        tip = scored.candidates.tip + sigma * options.depth_error * sight
+    success = []
+    for error in ERRORS:
+        tip = scored.candidates.tip + error * options.depth_error * sight
         moved = Candidates(scored.candidates.rotation, tip, scored.candidates.object)
-        success = _success(moved, scored.opening, surfaces, scene, blocks, hand, options)
-        mean += 0.5 * (1.0 - MIDDLE_WEIGHT) * success
-    return np.clip(mean / np.maximum(nominal, 1e-6), 0.0, 1.0)
+        success.append(_success(moved, scored.opening, surfaces, scene, blocks, hand, options))
+    nominal = np.maximum(scored.terms["friction"] * scored.terms["overlap"], 1e-6)
+    return np.clip(WEIGHTS @ success / nominal, 0.0, 1.0)
+
+
+def sideways_term(
+    candidates: Candidates,
+    width: NDArray[np.float64],
+    view_origin: NDArray[np.float64],
+    hand: ParallelHand,
+    options: JawOptions,
+) -> NDArray[np.float64]:
+    """Return the probability that an error of the scale leaves the object between the pads, (n,).
+
+    It costs little, and selects the candidates for which :func:`depth_error_term` is computed.
+
+    Parameters
+    ----------
+    candidates, width
+        Candidates, and their distance between the pads at contact, (n,), m.
+    view_origin
+        Position of the camera, (3,), m.
+    hand, options
+        The hand and options; `depth_error` counts.
+    """
+    sight = candidates.tip - view_origin
+    shift = np.abs(np.einsum("ij,ij->i", sight, candidates.rotation[:, :, 0]))
+    room = 0.5 * np.maximum(hand.stroke - width, 0.0)
+    return 2.0 * ndtr(room / np.maximum(options.depth_error * shift, MIN_SHIFT)) - 1.0
 
 
 def _success(
@@ -79,23 +100,21 @@ def _success(
     options: JawOptions,
 ) -> NDArray[np.float64]:
     """Return the probability of success of candidates at given poses, (n,)."""
+    travel = free_travel(candidates, opening, blocks, scene.support, hand)
+    rest = np.maximum(APPROACH - np.maximum(travel, 0.0), 0.0)
+    stop = candidates.tip - rest[:, None] * candidates.rotation[:, :, 2]
+    stopped = Candidates(candidates.rotation, stop, candidates.object)
     columns = np.zeros((len(candidates), 9))
     for number, surface in enumerate(surfaces):
         mine = candidates.object == number
         if mine.any():
-            columns[mine] = pad_contacts(candidates.take(mine), surface, hand)
+            columns[mine] = pad_contacts(stopped.take(mine), surface, hand)
     meets = columns[:, 1] > 0.0
     angle = np.arccos(np.clip(columns[:, 2:4], -1.0, 1.0))
     held = ndtr((np.arctan(options.friction) - angle) / TILT_SIGMA).prod(axis=1)
     length = np.maximum(columns[:, 7] - columns[:, 6], 0.0) + SAMPLE_SPACING
-    held *= expit((length - OVERLAP_MIDDLE) / OVERLAP_SCALE) * meets
-    free = clearance_terms(hand_clearances(candidates, opening, blocks, hand), options)
-    held *= free["own_clearance"] * free["clearance"]
-    if scene.support is not None:
-        height = lowest_height(candidates, scene.support, hand)
-        sigma = np.hypot(CLEARANCE_SIGMA, options.calibration_error)
-        above = ndtr((height + TOUCH_ALLOWANCE) / sigma)
-        back = candidates.rotation[:, :, 2] @ scene.support.normal
-        at_start = ndtr((height - APPROACH * back + TOUCH_ALLOWANCE) / sigma)
-        held *= at_start * (TABLE_TERM + (1.0 - TABLE_TERM) * above)
-    return held
+    held *= expit((length - OVERLAP_MIDDLE) / OVERLAP_SCALE) * meets * (travel >= 0.0)
+    # The object must lie between the pads, not beside one of them.
+    room = 0.5 * (opening - columns[:, 1]) - np.abs(columns[:, 0])
+    held *= ndtr(room / np.hypot(CLEARANCE_SIGMA, options.calibration_error))
+    return held if options.guarded else held * np.where(rest > REACHED, STOPPED_TERM, 1.0)

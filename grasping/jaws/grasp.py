@@ -45,6 +45,9 @@ class Grasp:
     """Factors of the probability by name, each 0-1."""
     reason: str
     """Description of the grasp for reports."""
+    object_size: NDArray[np.float64] | None = None
+    """Sizes of the object's largest solid along its axes, sorted, (3,), m. A failed grasp pushes
+    its object: the next plan recognises it by them."""
     safe: bool = True
     """Whether nothing forbids to execute the grasp."""
     forbidden_by: tuple[str, ...] = ()

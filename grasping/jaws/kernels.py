@@ -126,6 +126,74 @@ def _box_distance(x, y, z, box, sweep, bound):
 
 
 @njit(cache=True)
+def travels(rotation, start, half, points, blocks, finger, fixed, length, allowance, rank):
+    """Return the travel of boxes until they touch the point of a rank, (n,), m.
+
+    The travel is negative where that point lies inside a box at the start.
+
+    Parameters
+    ----------
+    rotation, start
+        Tool frames at the start, (n, 3, 3) and (n, 3), m.
+    half
+        Half of the opening, (n,), m.
+    points, blocks
+        Points (N, 3), and start, centre and radius of the spheres around their blocks.
+    finger, fixed
+        Boxes of the finger at +x, and of the palm, (k, 2, 3), m.
+    length
+        Maximum travel, m.
+    allowance
+        Width by which the boxes are smaller across the approach, m.
+    rank
+        Number of the point that counts, from the first one.
+    """
+    first, centre, radius = blocks
+    n = len(start)
+    out = np.full(n, length)
+    found = np.empty(rank)
+    last = rank - 1
+    for i in range(n):
+        found[:] = length
+        r, t = rotation[i], start[i]
+        for block in range(len(radius)):
+            reach = radius[block]
+            x, y, z = _local(r, t, centre[block])
+            bound = found[last] + reach
+            if _until(x, y, z, half[i], finger, fixed, allowance - reach, bound) >= bound:
+                continue
+            for k in range(first[block], first[block + 1]):
+                x, y, z = _local(r, t, points[k])
+                value = _until(x, y, z, half[i], finger, fixed, allowance, found[last])
+                if value < found[last]:
+                    _insert(found, value)
+        out[i] = found[last]
+    return out
+
+
+@njit(cache=True)
+def _until(x, y, z, half, finger, fixed, allowance, bound):
+    """Return the travel until the hand touches a point, m; `bound` if that is later or never."""
+    travel = bound
+    for b in range(len(finger)):
+        travel = min(travel, _box_until(abs(x) - half, y, z, finger[b], allowance, bound))
+    for b in range(len(fixed)):
+        travel = min(travel, _box_until(x, y, z, fixed[b], allowance, bound))
+    return travel
+
+
+@njit(cache=True)
+def _box_until(x, y, z, box, allowance, bound):
+    if x < box[0, 0] + allowance or x > box[1, 0] - allowance:
+        return bound
+    if y < box[0, 1] + allowance or y > box[1, 1] - allowance:
+        return bound
+    if z < box[0, 2] + allowance:
+        return bound
+    return z - box[1, 2]
+
+
+@njit(cache=True)
 def contacts(rotation, tip, points, normals, measured, half_y, height, near, facing, min_seen):
     """Return where the pads meet an object, (n, 9); width -1 where they meet nothing.
 

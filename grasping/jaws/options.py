@@ -38,6 +38,8 @@ class JawOptions:
     full_opening: bool = False
     """Whether the hand always opens fully before it closes. Otherwise it opens less where its
     fingers would touch something."""
+    guarded: bool = False
+    """Whether the arm stops at the first contact of the hand, and closes there."""
     per_object: int = 3
     """Maximum number of grasps returned for each object."""
     failed: tuple[Grasp, ...] = ()

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import time
 from collections import Counter
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.special import expit
 
 from ..fit_uncertainty import width_std
+from ..hands import HandBox
 from .candidates import Candidates, solid_candidates
 from .clearance import FULL_RANK, all_points, coarse_points, hand_clearances
 from .contacts import centred_contacts
-from .depth_error import depth_error_term
+from .depth_error import depth_error_term, sideways_term
 from .grasp import GraspList
 from .kernels import BLOCKED
 from .memory import memory_term
@@ -51,6 +53,8 @@ MIN_PLANE_NOISE = 1e-4
 """Minimum standard deviation of the support's readings, m."""
 STACKED_TERM = 0.75
 """Term of an object on which another one rests."""
+PALM_YIELD = 0.006
+"""Depth of readings in front of the palm at which a guarded arm merely stops earlier, m."""
 HIDDEN_COST = 0.25
 """Share of the grasps that fail because a finger enters space that other objects hide."""
 
@@ -91,14 +95,15 @@ def plan_grasps(scene: Scene, hand: ParallelHand, options: JawOptions | None = N
     if scored is None:
         return _empty(scene, rejected, started)
     coarse = coarse_points(surfaces, scene)
-    scored = _with_clearance(scored, surfaces, coarse, hand, options, rejected)
-    scored = _best_of_each(scored)
-    _check_all_points(scored, all_points(surfaces, scene), hand, options)
+    shell = _yielding(hand) if options.guarded else hand
+    scored = _with_clearance(scored, surfaces, coarse, shell, options, rejected)
+    scored = _best_of_each(scored, _sideways(scored, scene, hand, options))
+    _check_all_points(scored, all_points(surfaces, scene), shell, options)
     scored.terms["depth_error"] = depth_error_term(scored, surfaces, coarse, scene, hand, options)
     hidden = hidden_shares(scored.candidates, scored.opening, surfaces, scene.view_origin, hand)
     scored.terms["unseen"] = (1.0 - HIDDEN_COST * hidden).prod(axis=1)
     scored.terms["order"] = _order_term(scored, known)
-    scored.terms["memory"] = memory_term(scored.candidates, options.failed)
+    scored.terms["memory"] = memory_term(scored.candidates, surfaces, options.failed)
     grasps = select_grasps(scored, hidden, surfaces, scene, hand, options)
     if not grasps:
         return _empty(scene, rejected, started)
@@ -144,7 +149,7 @@ def _contact_candidates(
     total = scored.total
     for name, term in terms.items():
         rejected[item.label][name] += int(np.count_nonzero(term < MIN_PROBABILITY))
-    order = np.argsort(-total, kind="stable")[:KEPT]
+    order = np.argsort(-total * _sideways(scored, scene, hand, options), kind="stable")[:KEPT]
     order = order[total[order] > MIN_PROBABILITY]
     return scored.take(order) if len(order) else None
 
@@ -212,9 +217,24 @@ def _check_all_points(
     scored.terms.update(clearance_terms(scored.clearance, options))
 
 
-def _best_of_each(scored: ScoredCandidates) -> ScoredCandidates:
+def _yielding(hand: ParallelHand) -> ParallelHand:
+    """Return the hand with a palm that may be pushed against an object: the arm stops there."""
+    boxes = []
+    for box in hand.palm_boxes:
+        depth = min(PALM_YIELD, 0.5 * (box.high[2] - box.low[2]))
+        boxes.append(HandBox(box.low, (*box.high[:2], box.high[2] - depth)))
+    return replace(hand, palm_boxes=tuple(boxes))
+
+
+def _sideways(
+    scored: ScoredCandidates, scene: Scene, hand: ParallelHand, options: JawOptions
+) -> NDArray[np.float64]:
+    return sideways_term(scored.candidates, scored.contact.width, scene.view_origin, hand, options)
+
+
+def _best_of_each(scored: ScoredCandidates, sideways: NDArray[np.float64]) -> ScoredCandidates:
     """Return the best `TESTED` candidates of each object."""
-    order = np.argsort(-scored.total, kind="stable")
+    order = np.argsort(-scored.total * sideways, kind="stable")
     owner = scored.candidates.object[order]
     rank = np.zeros(len(order), dtype=np.int64)
     for number in np.unique(owner):

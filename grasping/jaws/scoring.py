@@ -25,7 +25,7 @@ CLEARANCE_SIGMA = 0.003
 m."""
 TOUCH_ALLOWANCE = 0.002
 """Penetration at which a contact is as likely as not, m. Averaged points lie inside thin edges."""
-OVERLAP_MIDDLE, OVERLAP_SCALE = 0.004, 0.0025
+OVERLAP_MIDDLE, OVERLAP_SCALE = 0.008, 0.0025
 """Overlap of pads and object along the approach at which half the grasps hold, and the width of the
 transition, m."""
 SAMPLE_SPACING = 0.006

@@ -166,6 +166,7 @@ def _grasp(
         success=float(np.prod(list(terms.values()))),
         terms=terms,
         reason=f"object {surface.label}, {1e3 * width:.0f} mm wide, {kind}",
+        object_size=surface.size,
         safe=not forbidden,
         forbidden_by=forbidden,
     )

@@ -52,6 +52,12 @@ class ObjectSurface:
     fitted: bool
     """Whether the solids are those of a fit. Otherwise a box encloses the points."""
 
+    @property
+    def size(self) -> NDArray[np.float64]:
+        """Sizes of the largest solid along its axes, sorted, (3,), m."""
+        largest = max(self.solids, key=lambda solid: solid.volume)
+        return np.sort(2.0 * largest.semi_axes)
+
 
 def object_surface(item: SceneObject, scene: Scene) -> ObjectSurface | None:
     """Sample the surface of an object; None if it has too few points for a box."""

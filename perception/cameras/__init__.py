@@ -1,9 +1,17 @@
-"""Sources of depth frames: an OAK camera, its recordings, and files on disk.
+"""Sources of depth frames, and the calibration of a camera's pose.
 
-All of them follow the `Camera` protocol.
+An OAK camera, its recordings and files on disk follow the `Camera` protocol.
 """
 
+from .calibration_board import (
+    BoardView,
+    CalibrationBoard,
+    charuco_board,
+    checkerboard,
+    detect_board,
+)
 from .file_sequence import FileSequence
+from .hand_eye import CameraMount, HandEye, HandEyeOptions, calibrate_hand_eye
 from .oak import OakCamera, OakOptions
 from .oak_calibration import intrinsics_from_calibration
 from .oak_recorder import record_frames
@@ -11,11 +19,20 @@ from .oak_recording import OakRecording
 from .protocol import Camera
 
 __all__ = [
+    "BoardView",
+    "CalibrationBoard",
     "Camera",
+    "CameraMount",
     "FileSequence",
+    "HandEye",
+    "HandEyeOptions",
     "OakCamera",
     "OakOptions",
     "OakRecording",
+    "calibrate_hand_eye",
+    "charuco_board",
+    "checkerboard",
+    "detect_board",
     "intrinsics_from_calibration",
     "record_frames",
 ]

@@ -20,7 +20,7 @@ from .intrinsics import (
 )
 from .mesh import read_mesh, sample_triangles
 from .npz import read_arrays
-from .png import decode_depth, decode_mask, write_png
+from .png import decode_colour, decode_depth, decode_mask, write_png
 from .point_cloud import CLOUD_SUFFIXES, is_organised_cloud, read_cloud, write_cloud
 from .pose_json import number_from_json, numbers_from_json, pose_from_json, pose_to_json
 
@@ -30,6 +30,7 @@ __all__ = [
     "MM_PER_M",
     "CameraFile",
     "atomic_write",
+    "decode_colour",
     "decode_depth",
     "decode_mask",
     "find_camera_file",

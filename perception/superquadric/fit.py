@@ -19,6 +19,7 @@ from .free_space import covered_share, outline_shares
 from .kinds import basis
 from .levenberg_marquardt import levenberg_marquardt
 from .model_selection import CandidateModel, criterion, select_model
+from .occlusion import occlusion_alternatives
 from .options import FitOptions
 from .outliers import FilteredCloud, remove_outliers
 from .parts import split_into_parts
@@ -148,9 +149,10 @@ def fit_superquadric(
         add_parts = split_into_parts if fit.vessel is None else add_handle
         fit = add_parts(fit, observation, options, _fit_part)
         fit = _check_free_space(fit, free_space, options)
+    hidden_ends = occlusion_alternatives(fit, observation, options)
     return replace(
         fit,
-        alternatives=fit.alternatives + depth_alternatives(fit, observation, options),
+        alternatives=fit.alternatives + hidden_ends + depth_alternatives(fit, observation, options),
         evidence=_view_evidence(observation, options),
         seconds=time.perf_counter() - start,
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -68,8 +69,8 @@ class FreeSpace:
     def hides(self, directions: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Return a mask (M,) of unit directions (M, 3) that carry no information on the outline.
 
-        Such a direction lies beside the grid (outside the image), meets a surface in front of the
-        object, or meets the object itself.
+        Such a direction lies beside the grid (outside the image), meets or borders a surface in
+        front of the object, or meets the object itself.
         """
         if not len(self.rays):
             return np.ones(len(directions), dtype=bool)
@@ -80,13 +81,24 @@ class FreeSpace:
         nearest = around[rows, np.argmax(cosines[rows[:, None], around], axis=1)]
         outside = cosines[rows, nearest] < np.cos(self.pitch)
         inside = self.on_object[around].all(axis=1)
+        in_front, _ = self.occluders
+        return outside | in_front[around].any(axis=1) | inside
+
+    @cached_property
+    def occluders(self) -> tuple[NDArray[np.bool_], NDArray[np.float64]]:
+        """Rays that meet something in front of the object, and the angle of all rays to the object.
+
+        The first is a mask (K,) of rays whose surface is nearer than the object's nearest edge. The
+        second is the angle (K,) to the nearest ray on the object, rad, infinite without one.
+        """
         if not self.on_object.any():
-            return outside
-        edge = np.argmax(directions @ self.rays[self.on_object].T, axis=1)
+            return np.zeros(len(self.rays), dtype=bool), np.full(len(self.rays), np.inf)
+        cosines = self.rays @ self.rays[self.on_object].T
+        edge = np.argmax(cosines, axis=1)
+        angle = np.arccos(np.minimum(cosines[np.arange(len(edge)), edge], 1.0))
         edge_depth = self.depth[self.on_object][edge]
-        depth = self.depth[nearest]
-        in_front = (depth > 0) & (depth < edge_depth - OCCLUDER_GAP)
-        return outside | in_front | inside
+        in_front = (self.depth > 0) & (self.depth < edge_depth - OCCLUDER_GAP) & ~self.on_object
+        return in_front, angle
 
 
 class OutlineShares(NamedTuple):
@@ -123,7 +135,7 @@ def outline_shares(
     solids: Iterable[Superquadric], free_space: FreeSpace, tolerance: float
 ) -> OutlineShares:
     """Return the wrong pixels of the outline of a union of solids; see :func:`covered_share`."""
-    states = _ray_states(solids, free_space, tolerance)
+    states = ray_states(solids, free_space, tolerance)
     missed = states[free_space.on_object] == 0
     return OutlineShares(
         covered=float(np.count_nonzero(states > 1) / max(np.count_nonzero(states > 0), 1)),
@@ -131,7 +143,7 @@ def outline_shares(
     )
 
 
-def _ray_states(
+def ray_states(
     solids: Iterable[Superquadric], free_space: FreeSpace, tolerance: float
 ) -> NDArray[np.int8]:
     """Return the largest state (K,) of each ray over all solids.

@@ -48,7 +48,13 @@ HIDDEN_SHARES = np.linspace(0.15, 0.95, 6)
 SIMILAR_SD = 0.2
 """Prior standard deviation of the log ratio of the two smaller semi-axes of a part."""
 OUTLINE_WEIGHT = 0.5
-"""Weight of a complete outline against the mean squared point residual."""
+"""Weight of a complete outline of an image against the mean squared point residual."""
+SCATTERED_WEIGHT, LAST_SCATTERED_WEIGHT = 0.2, 0.02
+"""The same for scattered points in the search and in the last fit. Their noise has a part across
+the rays: a full weight makes spheres 0.6 mm too large and boxes with a margin 0.5 mm too small."""
+SCATTERED_MARGIN = -0.3
+"""Margin of the outline of scattered points, in multiples of the noise: the outermost points lie
+outside the object."""
 CLEARANCE = 1.5
 """Factor on the median distance of the farthest of the NEIGHBOURS in the image."""
 
@@ -92,6 +98,8 @@ class PartCloud:
     """(U, 2) positions of rays beside the object that are not known to be empty."""
     margin: float
     """Distance of the outline from the outermost points in the image."""
+    on_grid: bool
+    """Whether the points are pixels of one image, whose noise moves no outline."""
     clearance: float
     """Distance in the image beyond which points are no neighbours."""
     noise: float
@@ -114,6 +122,10 @@ class PartCloud:
         outline = self._outline(mask)
         offsets = cloud - np.ones(len(cloud)) @ cloud / len(cloud)
         radius = float(np.sqrt(np.einsum("ij,ij->i", offsets, offsets).max()))
+        outline_weight = OUTLINE_WEIGHT
+        if not self.on_grid:
+            searching = count <= len(self.points)
+            outline_weight = SCATTERED_WEIGHT if searching else LAST_SCATTERED_WEIGHT
         plane_weight, plane_scale = self._contact(mask)
         return replace(
             self.problem,
@@ -125,7 +137,7 @@ class PartCloud:
                 plane_weight=plane_weight,
                 plane_scale=plane_scale,
                 outline=outline,
-                outline_weight=OUTLINE_WEIGHT * len(outline) / DIRECTIONS,
+                outline_weight=outline_weight * len(outline) / DIRECTIONS,
             ),
             prior=point_prior(self.noise, radius, SIMILAR_SD),
         )
@@ -225,9 +237,10 @@ def prepare_part_cloud(observation: Observation, options: FitOptions) -> PartClo
         clearance = CLEARANCE * float(np.median(gaps))
         if observation.plane is not None:
             image_tree = KDTree(image[: len(few)])
+        margin = SCATTERED_MARGIN * options.noise
         if observation.cloud.on_grid:
             margin = options.silhouette_margin + SILHOUETTE_PIXELS * observation.cloud.pitch
-            margin /= problem.unit * distance
+        margin /= problem.unit * distance
         if observation.free_space is not None:
             empty, unknown = _empty_rays(observation, problem, frame, few, image[: len(few)])
     return PartCloud(
@@ -242,6 +255,7 @@ def prepare_part_cloud(observation: Observation, options: FitOptions) -> PartClo
         image_tree=image_tree,
         unknown=unknown,
         margin=margin,
+        on_grid=observation.cloud.on_grid,
         clearance=clearance,
         noise=options.noise / problem.unit,
     )

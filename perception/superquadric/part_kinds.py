@@ -14,7 +14,7 @@ from .kinds import basis, fixed_exponents, starting_axes
 from .levenberg_marquardt import levenberg_marquardt
 from .model_selection import CandidateModel, criterion
 from .problem import parameter_bounds
-from .starts import axis_permutations
+from .starts import axis_permutations, rotated_dual
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 
 POINTS, ITERATIONS = 200, 10
 """Points and descent steps on which the kinds are compared."""
+DIAMOND_EXPONENT = 1.2
+"""With a larger ε2 a section is a diamond, whose axes are no axes of a box."""
 TOLERANCE = 1e-3
 """Relative decrease of the cost below which a descent ends."""
 
@@ -39,6 +41,8 @@ def fit_kinds(
     The general solid `shape` gives the axes of all kinds. A cylinder may lie along any of them.
     """
     problem = cloud.part_problem(mask, POINTS)
+    if shape.exponents[1] > DIAMOND_EXPONENT:
+        shape = rotated_dual(shape)
     models: list[CandidateModel] = []
     for kind in options.kinds:
         if kind == "tapered":

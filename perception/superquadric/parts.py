@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
 
-from .effective_samples import MAX_SAMPLES
+from .effective_samples import MAX_SAMPLES, TRUSTED_SHARE
 from .part_assignment import (
     PartAssignment,
     RoughPart,
@@ -170,10 +170,11 @@ def _select_kinds(assignment: PartAssignment, cloud: PartCloud, options: FitOpti
 def part_criterion(square: float, parameters: int, cloud: PartCloud) -> float:
     """Return the BIC of a mean square of residuals with the expected noise.
 
-    The number of readings is fixed. Residuals that agree over neighbours show that a solid misfits,
-    so they must not count as fewer readings.
+    The number of readings depends on the number of points alone. Residuals that agree over
+    neighbours show that a solid misfits, so they must not count as fewer readings.
     """
-    return MAX_SAMPLES * square / cloud.noise**2 + parameters * float(np.log(MAX_SAMPLES))
+    readings = min(MAX_SAMPLES, TRUSTED_SHARE * len(cloud.points))
+    return readings * square / cloud.noise**2 + parameters * float(np.log(readings))
 
 
 def _to_result(

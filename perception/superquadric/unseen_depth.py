@@ -92,14 +92,14 @@ def depth_alternatives(
         low, high = thin, deep
         for _ in range(HALVINGS):
             middle = 0.5 * (low + high)
-            candidate = _with_depth(solid, axis, towards, middle)
+            candidate = with_depth(solid, axis, towards, middle)
             free = covered_share([candidate], observation.free_space, 3.0 * options.noise)
             low, high = (middle, high) if free <= MAX_COVERED else (low, middle)
         deep = low
     selected = fit.candidates[0]
     fitted = 2.0 * float(solid.semi_axes[axis])
     return tuple(
-        replace(selected, superquadric=_with_depth(solid, axis, towards, depth))
+        replace(selected, superquadric=with_depth(solid, axis, towards, depth))
         for depth in (thin, deep)
         if abs(depth - fitted) > SHAPE_TOLERANCE * options.noise
     )
@@ -113,10 +113,10 @@ def _widths(points: NDArray[np.float64], towards: NDArray[np.float64]) -> tuple[
     return float(high[0] - low[0]), float(high[1] - low[1])
 
 
-def _with_depth(
+def with_depth(
     solid: Superquadric, axis: int, towards: NDArray[np.float64], depth: float
 ) -> Superquadric:
-    """Return the solid with another extent along a local axis and the same front."""
+    """Return the solid with another extent along a local axis and the same side towards (3,)."""
     half = 0.5 * depth
     side = float(np.sign(solid.rotation[:, axis] @ towards)) * solid.rotation[:, axis]
     semi_axes = solid.semi_axes.copy()

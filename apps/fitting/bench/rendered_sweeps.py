@@ -9,8 +9,7 @@ import numpy as np
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.data_synth import ViewOptions, look_at
-from eyehand.data_synth.scenes import camera_intrinsics
-from eyehand.data_synth.scenes.staged_solids import Turned, cup
+from eyehand.data_synth.scenes import camera_intrinsics, staged_solids
 from eyehand.perception import Superquadric, region_evidence
 from eyehand.perception.superquadric import mesh
 
@@ -93,8 +92,8 @@ def _hollow(wall_pct: float, seed: int, method: FitCallable) -> Trial:
     truth = Superquadric(np.array([radius, radius, height / 2]), (EDGE, 1.0), pose)
     if wall_pct >= 100:
         return try_fit(method, _table_view(truth, rng), seed)
-    (turned,) = cup(radius, radius, height, wall_pct / 100 * radius).parts
-    hollow = turned.mesh() if isinstance(turned, Turned) else None
+    (turned,) = staged_solids.cup(radius, radius, height, wall_pct / 100 * radius).parts
+    hollow = turned.mesh() if isinstance(turned, staged_solids.Turned) else None
     return try_fit(method, _table_view(truth, rng, surface=hollow), seed)
 
 

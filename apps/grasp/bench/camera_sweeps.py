@@ -122,9 +122,8 @@ def _robot_in_view(share_pct: float, seed: int, options: PickOptions) -> Trial:
     stress = stress_cell([can_on_table(seed)], seed, options, known=False)
     cell = stress.cell
     goal = cell.home + 0.01 * share_pct * (ARM_IN_VIEW - cell.home)
-    hand = cell.robot.hand
     control = replace(options.control, dt=cell.robot.period, tolerance=0.02)
-    world = CollisionWorld(cell.model(hand.excursions_at(hand.max_opening)), ())
+    world = CollisionWorld(cell.model(cell.hand.posture(cell.hand.max_opening)), ())
     execute(cell, PlannedApproach(world, (Posture(goal, speed=2.0),), control), MAX_MOTION_SECONDS)
     cell.step(np.zeros(len(cell.robot.joints)))
     return _clear_or_refuse(stress)

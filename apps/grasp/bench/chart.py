@@ -15,10 +15,10 @@ from ...bench.pareto import simplest_front
 from ...bench.pareto_chart import MIN_SHOWN_PCT, ChartPoint, ParetoChart
 from .conditions import check_condition
 from .dials import CONTROL, DEFAULT, PERCEPTION
-from .evaluate import RunPlan, exit_code, flat_rows, print_run_json, run_plan
 from .jobs import Condition, Family, run_grasp_trial
 from .row_store import PICK
 from .run_inputs import checked_machines, checked_scenes, trial_extras
+from .stored_run import RunPlan, exit_code, flat_rows, print_run_json, run_plan
 from .summary import by_row
 from .summary_table import grasp_table
 
@@ -93,7 +93,7 @@ def chart_grasp(
     machines = checked_machines(jobs, cluster)
     settings = [(DEFAULT, DEFAULT), FASTEST, MOST_RELIABLE] if quick else dial_settings(cross=cross)
     conditions = [Condition(family, friction, shake, False, *dials) for dials in settings]
-    extras = trial_extras("lift", None, None, "")
+    extras = trial_extras("lift", None)
     plan = RunPlan.of(conditions, seeds, count, extras, out, OUT)
     done = run_plan(plan, machines, run_grasp_trial, fresh=fresh)
     records = by_row(done.records)

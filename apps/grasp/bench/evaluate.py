@@ -2,46 +2,33 @@
 
 from __future__ import annotations
 
-from contextlib import closing
-from dataclasses import dataclass
 from importlib import metadata
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from eyehand.apps.console import print_json, say, show, tracked
+from eyehand.apps.console import say, show
 from eyehand.apps.wording import counted, seed_span
-from eyehand.errors import DeviceError, InputError
+from eyehand.errors import InputError
 
 from ...bench.chart_style import Provenance, write_chart
 from ...bench.machine import machine_line
-from .cluster import run_on_cluster
+from ..robot_choice import RobotChoice
 from .conditions import FAMILIES, default_conditions, requested_conditions, source_digest
-from .jobs import Family, RunTrial, SceneJob, run_grasp_trial, scene_jobs
-from .local_runs import run_here
+from .jobs import Family, run_grasp_trial
 from .protocol_settings import QUICK_ROUNDS, ProtocolSettings
 from .rates_chart import rates_chart
 from .report import write_report
-from .row_store import FAULT, SCENE, RowStore, open_rows
 from .run_inputs import (
     check_objects_fit,
     checked_dials,
     checked_machines,
     checked_scenes,
-    default_folder,
-    run_options,
     trial_extras,
 )
-from .summary import summary_rows
+from .stored_run import RunPlan, exit_code, flat_rows, print_run_json, run_plan
 from .summary_table import grasp_table
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from .jobs import Condition
-    from .run_inputs import Machines
-    from .summary import Record
 
 OUT = Path("out/evaluate_grasp")
 """Parent of the default output folders."""
@@ -64,8 +51,7 @@ def evaluate_grasp(
     perception: str = "default",
     control: str = "default",
     objects: Path | None = None,
-    robot: Path | None = None,
-    hand_frame: str = "",
+    robot: Annotated[RobotChoice | None, Parameter(name="*", group="Robot")] = None,
     jobs: int | None = None,
     cluster: str = "",
     quick: bool = False,
@@ -74,7 +60,6 @@ def evaluate_grasp(
     json: bool = False,
     protocol: Literal["own", "clutter-removal"] = "own",
     rounds: int = 20,
-    hand: str = "panda",
     noise: Annotated[list[Literal["none", "dex"]] | None, Repeated] = None,
     known_table: bool = False,
     split: Literal["all", "development", "held-out"] = "all",
@@ -115,10 +100,8 @@ def evaluate_grasp(
     objects
         Folder of meshes (.obj, .stl) or URDFs to draw the objects from, instead of solids.
     robot
-        MJCF file of another arm with its hand. For a hand whose motors drive joints,
-        robot.hand.json beside robot.xml describes the fingers.
-    hand_frame
-        With --robot: the site or body in the palm.
+        Simulated robot of the own protocol. The clutter-removal protocol has a floating gripper:
+        --hand is then a built-in name or a .json file (default: panda).
     jobs
         Number of parallel processes; default: the number of cores.
     cluster
@@ -136,8 +119,6 @@ def evaluate_grasp(
         uses --rounds, --seed, --family (packed, pile), --objects, --jobs and the options below.
     rounds
         Rounds of each row of the protocol.
-    hand
-        Gripper of the protocol: a built-in name or a .json file.
     noise
         Noise of the protocol's depth image: none, dex.
     known_table
@@ -153,7 +134,7 @@ def evaluate_grasp(
                 min(rounds, QUICK_ROUNDS) if quick else rounds,
                 seed,
                 _checked_objects(objects),
-                hand,
+                (robot or RobotChoice()).hand or "panda",
                 known_table,
                 split,
                 jobs,
@@ -165,7 +146,7 @@ def evaluate_grasp(
         raise InputError("--no-known and --no-camera exclude each other: remove one of them")
     machines = checked_machines(jobs, cluster)
     dials = checked_dials(perception, control)
-    extras = trial_extras(purpose, objects, robot, hand_frame)
+    extras = trial_extras(purpose, objects, robot)
     if (family, friction, shake) == (None, None, None) and dials == ("default", "default"):
         conditions = default_conditions(camera=camera, known=known)
     else:
@@ -210,155 +191,3 @@ def _checked_objects(objects: Path | None) -> Path:
             "folder that holds packed/ and pile/"
         )
     return objects
-
-
-@dataclass(frozen=True)
-class RunPlan:
-    """The scenes of a run and the options that identify it."""
-
-    conditions: Sequence[Condition]
-    """Conditions, one per row of the table."""
-    seeds: range
-    """Seeds of the scenes of each condition."""
-    scene_jobs: Sequence[SceneJob]
-    """All scenes."""
-    options: Mapping[str, Any]
-    """Everything that the stored rows depend on."""
-    out: Path
-    """Output folder."""
-
-    @classmethod
-    def of(
-        cls,
-        conditions: Sequence[Condition],
-        seeds: range,
-        count: int,
-        extras: Mapping[str, Any],
-        out: Path | None,
-        parent: Path,
-    ) -> RunPlan:
-        """Plan the scenes.
-
-        If `out` is None, the output folder is in `parent`, and its name identifies the options.
-        """
-        options = run_options(conditions, seeds.start, count, extras)
-        jobs = scene_jobs(conditions, seeds, count, extras)
-        return cls(
-            conditions, seeds, jobs, options, out or default_folder(parent, conditions, options)
-        )
-
-
-@dataclass(frozen=True)
-class FinishedRun:
-    """The stored rows of a run and their summaries."""
-
-    store: RowStore
-    """The folder of the stored rows."""
-    records: Sequence[Record]
-    """Stored rows of all finished scenes."""
-    summaries: list[dict[str, Any]]
-    """Summary of each condition."""
-
-
-def run_plan(plan: RunPlan, machines: Machines, run_trial: RunTrial, *, fresh: bool) -> FinishedRun:
-    """Run the unfinished scenes of a plan with `run_trial`, and summarise all scenes.
-
-    Raises
-    ------
-    InputError
-        If the output folder holds rows of other options, or no cluster answers.
-    DeviceError
-        If no scene has an outcome, the cluster fails, or the disk fails.
-    """
-    store = open_rows(plan.out, plan.options, fresh=fresh)
-    run_scenes(plan.scene_jobs, store, machines, run_trial)
-    records = finished_rows(store, plan.scene_jobs)
-    return FinishedRun(store, records, summary_rows(records, plan.scene_jobs))
-
-
-def print_run_json(command: str, plan: RunPlan, done: FinishedRun, machines: Machines) -> None:
-    """Print the JSON object of a run."""
-    print_json(
-        command,
-        plan.seeds.start,
-        done.summaries,
-        scenes=len(plan.seeds),
-        options=plan.options,
-        machine=machine_line(),
-        timing=machines.timing_note,
-        out=str(plan.out),
-    )
-
-
-def flat_rows(rows: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
-    """Return the rows without their outcome counts, for a CSV file."""
-    return [{key: value for key, value in row.items() if key != "outcomes"} for row in rows]
-
-
-def run_scenes(
-    planned: Sequence[SceneJob], store: RowStore, machines: Machines, run_trial: RunTrial
-) -> None:
-    """Run the unfinished scenes with `run_trial`, and store each as it finishes.
-
-    A scene without an outcome (its process was killed, it took too long) is reported and not
-    stored. The next run tries it again.
-
-    Raises
-    ------
-    InputError
-        If no cluster answers at the address.
-    DeviceError
-        If the cluster or the disk fails.
-    """
-    done = store.finished()
-    left = [job for job in planned if job.key not in done]
-    if not left:
-        return
-    if machines.cluster:
-        results = run_on_cluster(left, run_trial, machines.cluster)
-    else:
-        results = run_here(left, run_trial, processes=machines.jobs)
-    ended = 0
-    try:
-        with closing(results):
-            for job, outcome in tracked(results, "clearing", len(left)):
-                name = f"{job.row}, seed {job.trial['seed']}"
-                if outcome.lost:
-                    say(f"{name} has no outcome: {outcome.lost}")
-                    continue
-                store.add(job, outcome)
-                ended += 1
-                if outcome.fault:
-                    say(f"{name} ended with a fault: {outcome.fault}")
-    except KeyboardInterrupt:
-        kept = len(planned) - len(left) + ended
-        say(f"{kept} of {len(planned)} scenes are stored; run the same command to continue")
-        raise
-
-
-def finished_rows(store: RowStore, planned: Sequence[SceneJob]) -> list[Record]:
-    """Return the rows of the finished scenes, and report the missing ones.
-
-    Raises
-    ------
-    DeviceError
-        If no scene is finished.
-    """
-    missing = len({job.key for job in planned} - store.finished())
-    if missing == len(planned):
-        raise DeviceError(
-            f"none of {missing} scenes has an outcome; run the same command to try again"
-        )
-    if missing:
-        say(f"{missing} of {len(planned)} scenes are missing; run the same command to try them")
-    return store.read(planned)
-
-
-def exit_code(records: Sequence[Record], planned: Sequence[SceneJob]) -> int:
-    """Return 1 if a scene is missing or every scene ended with a fault, else 0."""
-    scenes = [record for record in records if record["record"] == SCENE]
-    faults = [scene for scene in scenes if scene["outcome"] == FAULT]
-    if len(faults) == len(scenes):
-        say(f"every scene ended with a fault, the first: {faults[0]['reason']}")
-        return 1
-    return int(len(scenes) < len(planned))

@@ -66,11 +66,12 @@ def run_here(
     run
         Function that runs a scene. It must be a module-level function.
     processes
-        Number of parallel processes, >= 1.
+        Maximum number of parallel processes, >= 1.
     timeout
         Time limit of a scene, s.
     """
     waiting, deaths = deque(jobs), Counter[str]()
+    processes = min(processes, len(jobs))
     workers: list[_Worker] = []
     try:
         while waiting or any(worker.job for worker in workers):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import asdict
 from importlib import metadata
 from typing import TYPE_CHECKING, Any
@@ -19,7 +20,7 @@ from ..clutter_round import ClutterTrial, clutter_objects, run_clutter_round
 from .jobs import SceneJob
 from .local_runs import run_here
 from .protocol_settings import ProtocolSettings
-from .protocol_table import PUBLISHED, failure_line, protocol_table
+from .protocol_table import PUBLISHED, calibration_table, failure_line, protocol_table
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -64,6 +65,10 @@ def evaluate_protocol(settings: ProtocolSettings, *, json: bool) -> int:
     show(protocol_table(rows, title), json_wanted=json)
     for row in rows:
         say(failure_line(row))
+    show(
+        calibration_table(_bins([one for row in rows for one in _attempts(outcomes[row["name"]])])),
+        json_wanted=json,
+    )
     if json:
         print_json(
             "evaluate_grasp_protocol",
@@ -122,17 +127,16 @@ def _summary(
     name: str, rounds: Sequence[Mapping[str, Any]], trial: Mapping[str, Any]
 ) -> dict[str, Any]:
     """Return the row of one condition."""
-    attempts = [attempt for one in rounds for attempt in one["attempts"]]
+    attempts = _attempts(rounds)
     light = [attempt for attempt in attempts if not attempt["heavy"]]
     wins = sum(attempt["success"] for attempt in attempts)
     placed = sum(one["placed"] for one in rounds)
-    light_placed = placed - sum(one["heavy"] for one in rounds)
+    heavy = Counter(name for one in rounds for name in one["heavy"])
     light_wins = sum(attempt["success"] for attempt in light)
     causes: dict[str, int] = {}
     for attempt in attempts:
         if attempt["cause"]:
             causes[attempt["cause"]] = causes.get(attempt["cause"], 0) + 1
-    heavy_names = sorted({a["object"] for a in attempts if a["heavy"]})
     return {
         "name": name,
         "family": trial["family"],
@@ -144,8 +148,8 @@ def _summary(
         **_rate("success", wins, len(attempts)),
         **_rate("declutter", wins, placed),
         **_rate("light_success", light_wins, len(light)),
-        **_rate("light_declutter", light_wins, light_placed),
-        "heavy_objects": heavy_names,
+        **_rate("light_declutter", light_wins, placed - heavy.total()),
+        "heavy_objects": dict(sorted(heavy.items())),
         "nothing_offered": sum(one["ended"].startswith("no grasp") for one in rounds),
         "causes": dict(sorted(causes.items(), key=lambda item: -item[1])),
         "calibration": _bins(attempts),
@@ -153,6 +157,10 @@ def _summary(
         "plan_ms": _median([a["plan_ms"] for a in attempts]),
         "measured_by": "eyehand",
     }
+
+
+def _attempts(rounds: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
+    return [attempt for one in rounds for attempt in one["attempts"]]
 
 
 def _rate(name: str, wins: int, total: int) -> dict[str, float | None]:
@@ -171,6 +179,8 @@ def _bins(attempts: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
     place = np.clip(np.digitize(predicted, BIN_EDGES[1:-1]), 0, len(BIN_EDGES) - 2)
     return [
         {
+            "low_pct": percent(BIN_EDGES[k]),
+            "high_pct": percent(BIN_EDGES[k + 1]),
             "attempts": int(np.count_nonzero(place == k)),
             "predicted_pct": percent(float(predicted[place == k].mean())),
             "observed_pct": percent(float(success[place == k].mean())),

@@ -12,6 +12,10 @@ from .summary_table import NO_VALUE
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
+COLUMNS = (
+    *("rounds", "grasps", "success", "declutter", "light success", "light declutter"),
+    *("perceive", "plan"),
+)
 CAPTION = (
     "success: successful share of the grasps; declutter: removed share of the objects; both with "
     "95 % Wilson intervals. light: without objects that weigh more than 40 % of the friction of "
@@ -19,6 +23,7 @@ CAPTION = (
     "measured by others in the original protocol (PyBullet, other meshes and seeds): they are no "
     "comparison on equal scenes"
 )
+RATES = ("success", "declutter", "light_success", "light_declutter")
 OUTSIDE = "outside evaluation in the original PyBullet protocol, one side view, 40 rounds"
 
 
@@ -64,7 +69,7 @@ def protocol_table(rows: Sequence[Mapping[str, Any]], title: str) -> Table:
         caption_justify="left",
     )
     table.add_column("row", no_wrap=True)
-    for name in ("rounds", "grasps", "success", "declutter", "light success", "perceive", "plan"):
+    for name in COLUMNS:
         table.add_column(name, justify="right", no_wrap=True)
     for row in rows:
         table.add_row(*_cells(row))
@@ -73,7 +78,30 @@ def protocol_table(rows: Sequence[Mapping[str, Any]], title: str) -> Table:
     for row in PUBLISHED:
         if (row["family"], row["noise"]) in shown:
             rates = [f"{row['success_pct']:.1f} %", f"{row['declutter_pct']:.1f} %"]
-            table.add_row(row["name"], NO_VALUE, NO_VALUE, *rates, *[NO_VALUE] * 3)
+            table.add_row(row["name"], NO_VALUE, NO_VALUE, *rates, *[NO_VALUE] * 4)
+    return table
+
+
+def calibration_table(bins: Sequence[Mapping[str, Any]]) -> Table:
+    """Return the table of predicted and observed success, over the attempts of all rows."""
+    table = Table(
+        title="predicted success against the observed one, all rows",
+        title_justify="left",
+        box=box.SIMPLE_HEAD,
+        padding=(0, 1, 0, 0),
+        pad_edge=False,
+    )
+    for name in ("bin", "grasps", "predicted", "observed", "error"):
+        table.add_column(name, justify="right", no_wrap=True)
+    for one in bins:
+        error = one["observed_pct"] - one["predicted_pct"]
+        table.add_row(
+            f"{one['low_pct']:.0f}-{one['high_pct']:.0f} %",
+            f"{one['attempts']}",
+            f"{one['predicted_pct']:.1f} %",
+            f"{one['observed_pct']:.1f} %",
+            f"{error:+.1f}",
+        )
     return table
 
 
@@ -83,7 +111,8 @@ def failure_line(row: Mapping[str, Any]) -> str:
     if row["nothing_offered"]:
         causes.append(f"{row['nothing_offered']} rounds ended without an offer")
     if row["heavy_objects"]:
-        causes.append(f"heavy: {', '.join(row['heavy_objects'])}")
+        names = [f"{count} x {name}" for name, count in row["heavy_objects"].items()]
+        causes.append(f"too heavy to hold: {', '.join(names)}")
     return f"{row['name']}: failures: {'; '.join(causes) or 'none'}"
 
 
@@ -92,7 +121,7 @@ def _cells(row: Mapping[str, Any]) -> list[str]:
         row["name"],
         f"{row['rounds']}",
         f"{row['attempts']}",
-        *[_rate(row, name) for name in ("success", "declutter", "light_success")],
+        *[_rate(row, name) for name in RATES],
         _time(row["perceive_ms"]),
         _time(row["plan_ms"]),
     ]

@@ -32,6 +32,7 @@ OUTCOME_MEANINGS = {
     "stuck": "the arm did not reach its goal in time",
     "no_contact": "the fingers touched nothing",
     "empty_close": "the hand closed without an object",
+    "hand_stalled": "the hand did not follow its command",
     "slipped": "slipped out during the lift",
     "lost": "slipped out after the lift",
     "moved_away": "no longer where it was perceived",

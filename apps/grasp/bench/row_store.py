@@ -43,6 +43,9 @@ TRIAL_COLUMNS = {
     "objects_dir": _TEXT,
     "robot": _TEXT,
     "hand_frame": _TEXT,
+    "arm": _TEXT,
+    "hand": _TEXT,
+    "mount": _TEXT,
 }
 """Columns of the trial, in every row."""
 PICK_COLUMNS = {

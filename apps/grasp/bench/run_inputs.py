@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from eyehand.errors import InputError
 
 from ...bench.machine import core_count
+from ..robot_choice import RobotChoice
 from .cluster import check_address
 from .conditions import folder_digest, source_digest
 from .robot_digest import robot_digest
@@ -29,6 +30,8 @@ MAX_SEED = 2**63 - 1
 """Rows store seeds as 64-bit integers."""
 DIGEST_LENGTH = 8
 """Length of the digest in the name of a default output folder."""
+JOBS_PER_CORE = 4
+"""Maximum processes per core. More only take memory."""
 QUICK_SCENES, QUICK_OBJECTS = 2, 2
 """Maximum scenes and objects of a quick run."""
 
@@ -78,8 +81,9 @@ def checked_scenes(scenes: int, seed: int, count: int, *, quick: bool) -> tuple[
 
 def checked_machines(jobs: int | None, cluster: str) -> Machines:
     """Check --jobs and --cluster."""
-    if jobs is not None and jobs < 1:
-        raise InputError(f"--jobs must be >= 1, got {jobs}")
+    most = JOBS_PER_CORE * core_count()
+    if jobs is not None and not 1 <= jobs <= most:
+        raise InputError(f"--jobs must be from 1 to {most} on {core_count()} cores, got {jobs}")
     if jobs is not None and cluster:
         raise InputError("--jobs is for local processes: leave it out with --cluster")
     if cluster:
@@ -97,35 +101,23 @@ def checked_dials(perception: str, control: str) -> tuple[str, str]:
 
 
 def trial_extras(
-    purpose: str, objects: Path | None, robot: Path | None, hand_frame: str
+    purpose: str, objects: Path | None, robot: RobotChoice | None = None
 ) -> dict[str, Any]:
     """Check the files of a trial and return its fields for them, with absolute paths.
 
     Raises
     ------
     InputError
-        If a file is missing, a mesh is invalid, only one of --robot and --hand-frame is given, or
-        the robot cannot be built.
+        If a file is missing, a mesh is invalid, or the robot cannot be built.
     """
     if objects is not None:
         from eyehand.data_synth.scenes import read_objects
 
         read_objects(objects)
-    if robot is not None and not robot.is_file():
-        raise InputError(f"--robot {robot}: no such file, expected an MJCF file")
-    if (robot is None) != (not hand_frame):
-        raise InputError(
-            "--robot and --hand-frame go together: an MJCF file and the frame in its palm"
-        )
-    if robot is not None:
-        from .trial import GraspTrial, trial_cell
-
-        trial_cell((), GraspTrial(robot=str(robot), hand_frame=hand_frame))
     return {
         "purpose": purpose,
         "objects_dir": str(objects.resolve()) if objects else "",
-        "robot": str(robot.resolve()) if robot else "",
-        "hand_frame": hand_frame,
+        **(robot or RobotChoice()).trial_fields(),
     }
 
 
@@ -151,9 +143,11 @@ def run_options(
     conditions: Sequence[Condition], seed: int, count: int, extras: Mapping[str, Any]
 ) -> dict[str, Any]:
     """Return everything that stored rows depend on. The number of scenes may grow later."""
-    objects, robot = extras["objects_dir"], extras["robot"]
+    objects = extras["objects_dir"]
     files = {"objects_dir_digest": folder_digest(Path(objects))} if objects else {}
-    files |= {"robot_digest": robot_digest(Path(robot))} if robot else {}
+    for name in ("robot", "arm", "hand"):
+        if Path(extras.get(name, "")).is_file():
+            files[f"{name}_digest"] = robot_digest(Path(extras[name]))
     return {
         "rows": [condition.name for condition in conditions],
         "seed": seed,

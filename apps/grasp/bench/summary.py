@@ -33,7 +33,14 @@ DEMO_CONDITIONS = {
     "control": "default",
 }
 """Conditions of the demo. A command names only the values that differ."""
-FILES = {"objects_dir": "objects", "robot": "robot", "hand_frame": "hand-frame"}
+FILES = {
+    "objects_dir": "objects",
+    "robot": "robot",
+    "hand_frame": "hand-frame",
+    "arm": "arm",
+    "hand": "hand",
+    "mount": "mount",
+}
 """Columns of files, and their option names."""
 RERUN_FOLDER = "out/again"
 """Parent of the output folders of repeated scenes."""
@@ -154,7 +161,9 @@ def _differing(record: Record) -> list[str]:
 
 def _files(record: Record) -> str:
     return "".join(
-        f" --{option} {quote(record[column])}" for column, option in FILES.items() if record[column]
+        f" --{option} {quote(record[column])}"
+        for column, option in FILES.items()
+        if record.get(column)
     )
 
 

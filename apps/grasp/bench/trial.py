@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from eyehand.data_synth import DepthNoise
-from eyehand.data_synth.cell import GraspRobot, GraspWorld, SimRobot
+from eyehand.data_synth.cell import INCLUDED_ARM, GraspRobot, GraspWorld, SimRobot, make_robot
 from eyehand.grasping import (
     Cell,
     ClearOptions,
@@ -72,6 +72,13 @@ class GraspTrial:
     """MJCF file of another robot. If empty, the default robot is used."""
     hand_frame: str = ""
     """Name of the hand frame of that robot."""
+    arm: str = ""
+    """Name or file of an arm for `make_robot`. If empty, `robot` or the default robot is used."""
+    hand: str = ""
+    """Name or file of its hand; empty for the arm's own."""
+    mount: str = ""
+    """Pose of the hand in the arm's flange: "x y z roll pitch yaw", m and rad. Empty for the
+    default."""
 
 
 @dataclass(frozen=True)
@@ -179,14 +186,23 @@ def trial_cell(
     on_cycle: Callable[[CycleInfo], None] | None = None,
 ) -> tuple[Cell, SimRobot]:
     """Build the cell of a trial around given objects; the scene of the trial is not used."""
-    kind = GraspRobot.of_file(Path(trial.robot), trial.hand_frame) if trial.robot else None
-    world = GraspWorld.build(objects, robot=kind, friction=trial.friction)
+    world = GraspWorld.build(objects, robot=_trial_robot(trial), friction=trial.friction)
     options = replace(control_dial(trial.control), shake_seconds=trial.shake)
     perception = None if trial.known else perception_dial(trial.perception)
     cell, robot = build_cell(world, trial.seed, options, perception)
     cell.wait(FALL_SECONDS if trial.objects_dir else SETTLE_SECONDS)
     cell.on_cycle = on_cycle
     return cell, robot
+
+
+def _trial_robot(trial: GraspTrial) -> GraspRobot | None:
+    """Return the robot of a trial; None for the default one."""
+    if trial.robot:
+        return GraspRobot.of_file(Path(trial.robot), trial.hand_frame)
+    if trial.arm or trial.hand:
+        mount = tuple(float(word) for word in trial.mount.split())
+        return make_robot(trial.arm or INCLUDED_ARM, trial.hand, mount or None)
+    return None
 
 
 def build_cell(

@@ -1,5 +1,7 @@
 """The simulated arm with a pad: twists, delays, calibration, and joint limits."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import RigidTransform
@@ -73,3 +75,18 @@ def test_two_arms_move_independently():
 def test_rig_options_reject_invalid_values(values):
     with pytest.raises(InputError):
         RigOptions(**values)
+
+
+def test_backlash_keeps_joints_within_free_play() -> None:
+    rig = ArmRig(pad_scene(), options=replace(NO_DELAY, sensor="harsh"))
+    measured, true = [], []
+    for speed in (0.02, -0.02):
+        for _ in range(15):
+            rig.step(np.array([0.0, 0.0, speed, 0.0, 0.0, 0.0]))
+            measured.append(rig.hand.pose.translation[2])
+            true.append(rig.simulation.pad_pose().translation[2])
+    gap = np.array(measured) - np.array(true)
+    # 0.03° at each joint, at most 0.8 m from the pad.
+    assert 2e-5 < np.ptp(gap) < 7 * np.radians(0.03) * 0.8
+    # The joints stand still while the motors cross the free play after the turn.
+    assert abs(true[16] - true[15]) < 0.5 * abs(measured[16] - measured[15])

@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from eyehand.grasping import load_hand
-from eyehand.grasping.jaws.kernels import BLOCKED, FAR, clearances, contacts
+from eyehand.grasping.jaws.kernels import BLOCKED, FAR, clearances, contacts, travels
 from eyehand.grasping.jaws.point_blocks import point_blocks
 
 RNG = np.random.default_rng(5)
@@ -62,6 +62,37 @@ def test_clearances(rank):
             assert found[i].min() < BLOCKED
         else:
             np.testing.assert_allclose(found[i], expected, atol=1e-12)
+
+
+@pytest.mark.parametrize("rank", [1, 2])
+def test_travels(rank):
+    rotation, start = _candidates(40)
+    points = RNG.uniform(-0.15, 0.15, (300, 3))
+    half = RNG.uniform(0.01, 0.04, 40)
+    blocks = point_blocks([points], [0])
+    found = travels(
+        rotation,
+        start,
+        half,
+        blocks.points,
+        (blocks.blocks.start, blocks.blocks.centre, blocks.blocks.radius),
+        FINGER,
+        HAND.fixed_boxes(),
+        0.05,
+        0.001,
+        rank,
+    )
+    for i in range(40):
+        local = (points - start[i]) @ rotation[i]
+        folded = local.copy()
+        folded[:, 0] = np.abs(local[:, 0]) - half[i]
+        until = np.full(len(points), 0.05)
+        for where, boxes in ((folded, FINGER), (local, HAND.fixed_boxes())):
+            for low, high in boxes:
+                ahead = (where[:, :2] >= low[:2] + 0.001) & (where[:, :2] <= high[:2] - 0.001)
+                met = ahead.all(axis=1) & (where[:, 2] >= low[2] + 0.001)
+                until = np.where(met, np.minimum(until, where[:, 2] - high[2]), until)
+        assert found[i] == pytest.approx(np.sort(until)[rank - 1], abs=1e-12)
 
 
 def test_blocks_hold_every_point_once_with_its_label():

@@ -112,6 +112,28 @@ def test_failed_grasp_ranks_lower():
     assert second.object_label != first.object_label
 
 
+def test_object_that_was_pushed_away_ranks_lower():
+    can_beside = can(0.025, 0.1, (0.1, 0.0), label=2)
+    options = JawOptions(depth_error=0.005)
+    before = plan_grasps(scene_of(box((0.04, 0.04, 0.1), (-0.1, 0.0)), can_beside), PANDA, options)
+    failed = next(grasp for grasp in before if grasp.object_label == 1)
+    pushed = scene_of(box((0.04, 0.04, 0.1), (-0.1, 0.09)), can_beside)
+    after = plan_grasps(pushed, PANDA, replace(options, failed=(failed,)))
+    memory = {grasp.object_label: grasp.terms["memory"] for grasp in after}
+    assert memory[1] < 1.0
+    assert memory[2] == 1.0
+
+
+def test_guarded_arm_succeeds_more_often_with_an_unknown_depth_scale():
+    scene = scene_of(box((0.05, 0.06, 0.04)))
+    free, guarded = (
+        plan_grasps(scene, PANDA, JawOptions(depth_error=0.03, guarded=one))[0]
+        for one in (False, True)
+    )
+    known = plan_grasps(scene, PANDA, JawOptions(depth_error=0.0))[0]
+    assert free.success + 0.02 < guarded.success < known.success + 0.05
+
+
 def test_object_at_the_limit_of_the_stroke_is_not_safe():
     grasps = plan_grasps(scene_of(box((0.0765, 0.2, 0.05))), PANDA)
     assert all(not grasp.safe and grasp.forbidden_by for grasp in grasps)

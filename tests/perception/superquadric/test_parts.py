@@ -74,7 +74,7 @@ def test_whole_surfaces_are_split_into_parts(name, parts):
 
 
 @pytest.mark.parametrize(
-    ("seed", "min_overlap"), [(401, 0.85), (404, 0.9), (405, 0.85), (410, 0.8)]
+    ("seed", "min_overlap"), [(401, 0.85), (404, 0.9), (405, 0.95), (410, 0.9)]
 )
 def test_single_views_are_split_into_parts(seed, min_overlap):
     case = fit_case("compound", seed)

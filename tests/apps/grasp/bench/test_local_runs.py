@@ -140,7 +140,7 @@ def test_killed_run_continues(made_up, tmp_path):
     script.write_text(
         "import made_up_trials as m\n"
         "from pathlib import Path\n"
-        "from eyehand.apps.grasp.bench.evaluate import run_scenes\n"
+        "from eyehand.apps.grasp.bench.stored_run import run_scenes\n"
         "from eyehand.apps.grasp.bench.run_inputs import Machines\n"
         "from eyehand.apps.grasp.bench.jobs import Condition, scene_jobs\n"
         "from eyehand.apps.grasp.bench.row_store import open_rows\n"

@@ -1,4 +1,4 @@
-"""Every command and the Python example in the README run as shown."""
+"""Every command and Python example in the README and the guides runs as shown."""
 
 import re
 import runpy
@@ -23,11 +23,29 @@ from eyehand.perception.superquadric import mesh
 ROOT = Path(__file__).resolve().parents[2]
 README = (ROOT / "README.md").read_text()
 CONTRIBUTING = (ROOT / "CONTRIBUTING.md").read_text()
-COMMANDS = [
-    line.split("#")[0].strip()
-    for block in re.findall(r"```sh\n(.*?)```", README, flags=re.DOTALL)
-    for line in block.splitlines()
-]
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
+
+
+def code_blocks(language: str) -> list[str]:
+    """Return the different code blocks of a language on all pages, in their order."""
+    pattern = rf"```{language}\n(.*?)```"
+    blocks = [one for page in PAGES for one in re.findall(pattern, page.read_text(), re.DOTALL)]
+    return list(dict.fromkeys(blocks))
+
+
+COMMANDS = list(
+    dict.fromkeys(
+        line.split("#")[0].strip() for block in code_blocks("sh") for line in block.splitlines()
+    )
+)
+
+PRINTED = {
+    "from eyehand.grasping import select_prototype": "1 tapered [0.0",
+    "from eyehand.grasping import load_hand": "% safe",
+    "from eyehand.control": "reached",
+    "import numpy": "ended: clear",
+}
+"""What an example prints, by its first line's beginning."""
 
 MEASURING = ("eyehand evaluate", "eyehand chart", "eyehand stress")
 """Commands that measure a whole stage; each stage's own tests run shorter forms of them."""
@@ -35,7 +53,7 @@ MEASURING = ("eyehand evaluate", "eyehand chart", "eyehand stress")
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch) -> Path:
-    """Return a folder with the files that the README names."""
+    """Return a folder with the files that the pages name."""
     (tmp_path / "apps" / "sample").mkdir(parents=True)
     for file in (ROOT / "apps" / "sample").iterdir():
         shutil.copy(file, tmp_path / "apps" / "sample")
@@ -58,7 +76,7 @@ def folder(tmp_path, monkeypatch) -> Path:
     return tmp_path
 
 
-def test_readme_contains_commands():
+def test_pages_contain_commands():
     assert sum(command.startswith("eyehand ") for command in COMMANDS) >= 8
     assert {"make demo", "make test"} <= set(COMMANDS)
 
@@ -70,7 +88,7 @@ def test_readme_contains_commands():
         for command in COMMANDS
     ],
 )
-def test_readme_command_runs(command, folder, capsys):
+def test_command_runs(command, folder, capsys):
     words = shlex.split(command)
     if words[0] == "make":
         assert re.search(rf"^{words[1]}:", (ROOT / "Makefile").read_text(), flags=re.MULTILINE)
@@ -83,25 +101,30 @@ def test_readme_command_runs(command, folder, capsys):
     assert exit_info.value.code == expected, capsys.readouterr().err
 
 
-@pytest.mark.parametrize(
-    ("begins", "prints"),
-    [
-        ("from eyehand.grasping import select_prototype", "1 tapered [0.0"),
-        ("from eyehand.grasping import load_hand", "% safe"),
-        ("from eyehand.control", "reached"),
-        ("import numpy", "ended: clear"),
-    ],
-)
-def test_python_example_runs(begins, prints, folder, capsys):
-    examples = re.findall(r"```python\n(.*?)```", README, flags=re.DOTALL)
-    (example,) = [one for one in examples if one.startswith(begins)]
+@pytest.mark.parametrize("example", code_blocks("python"), ids=lambda one: one.split("\n")[0])
+def test_python_example_runs(example, folder, capsys):
+    (printed,) = [prints for begins, prints in PRINTED.items() if example.startswith(begins)]
     (folder / "example.py").write_text(example)
     runpy.run_path(str(folder / "example.py"))
-    assert prints in capsys.readouterr().out
+    assert printed in capsys.readouterr().out
 
 
-def test_readme_has_four_python_examples():
-    assert len(re.findall(r"```python", README)) == 4
+def test_readme_is_short_enough_for_a_newcomer():
+    assert len(README.splitlines()) <= 130
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda one: one.name)
+def test_links_to_files_and_sections_resolve(page):
+    for target in re.findall(r"\]\(([^)\s]+)\)", page.read_text()):
+        if target.startswith("https://"):
+            continue
+        name, _, section = target.partition("#")
+        file = page if not name else (page.parent / name).resolve()
+        assert file.exists(), target
+        if section:
+            titles = re.findall(r"^#+ (.*)$", file.read_text(), re.MULTILINE)
+            anchors = {re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-") for title in titles}
+            assert section in anchors, target
 
 
 def test_paths_and_functions_named_in_contributing_exist():

@@ -1,0 +1,64 @@
+"""Prepare a gripper with two jaws in the MuJoCo description of a robot."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from .jaw_mechanism import make_servo
+from .pad_friction import SLIDING_FRICTION, SPIN_FRICTION_M
+
+if TYPE_CHECKING:
+    from .jaw_mechanism import JawMechanism
+
+TOOL_FRAME = "eyehand_tool"
+"""Site of the tool frame that is added to a gripper."""
+
+CONTACT_SOLREF, CONTACT_SOLIMP = [0.004, 1.0], [0.95, 0.99, 0.001, 0.5, 2.0]
+"""Stiffness of the contacts of the jaws: the stiffest at a physics step of 2 ms. A contact is as
+soft as the object is light. With the default, 35 N close the jaws through an object of 7 g."""
+
+
+def name_parts(spec: Any) -> None:
+    """Give a name to each body, joint and actuator of a spec (`MjSpec`) that has none."""
+    for kind, parts in (
+        ("body", spec.bodies[1:]),
+        ("joint", spec.joints),
+        ("actuator", spec.actuators),
+    ):
+        for number, part in enumerate(parts):
+            part.name = part.name or f"{kind}_{number}"
+
+
+def prepare_jaws(
+    spec: Any, mechanism: JawMechanism, friction: float | None, *, prefix: str = ""
+) -> None:
+    """Add the tool frame, a servo and the friction of the pads to a robot's spec.
+
+    The weight of all bodies is compensated, as the controllers of such robots do.
+
+    Parameters
+    ----------
+    spec
+        `MjSpec` of the robot.
+    mechanism
+        Its gripper.
+    friction
+        Sliding friction of the jaws; `SLIDING_FRICTION` if None.
+    prefix
+        Prefix of the gripper's names in the spec.
+    """
+    root = next(body for body in spec.bodies if body.name == prefix + mechanism.root)
+    pose = mechanism.T_root_tool
+    quaternion = pose.rotation.as_quat(scalar_first=True)
+    root.add_site(name=TOOL_FRAME, pos=pose.translation, quat=quaternion)
+    make_servo(spec, prefix + mechanism.motor, mechanism.stiffness)
+    sliding = SLIDING_FRICTION if friction is None else friction
+    jaws = {prefix + name for side in mechanism.jaws for name in side}
+    for body in spec.bodies[1:]:
+        body.gravcomp = 1.0
+        if body.name not in jaws:
+            continue
+        for geom in body.geoms:
+            geom.priority, geom.condim = 1, 4
+            geom.friction = [sliding, SPIN_FRICTION_M, geom.friction[2]]
+            geom.solref, geom.solimp = CONTACT_SOLREF, CONTACT_SOLIMP

@@ -1,0 +1,232 @@
+"""Robots by name: arms and hands of the MuJoCo Menagerie, and the included ones.
+
+Files are searched in the folder that the environment variable ``EYEHAND_ROBOTS`` names, in the
+folder ``robots`` of the working directory, and in the package `mujoco-menagerie`, which downloads
+them on first use.
+"""
+
+from __future__ import annotations
+
+import difflib
+import os
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from scipy.spatial.transform import RigidTransform, Rotation
+
+from eyehand.errors import InputError
+from eyehand.grasping import load_hand
+
+from .grasp_robot import GraspRobot
+from .jaw_robot import jaw_robot
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from eyehand.grasping import ParallelHand
+
+FOLDER_VARIABLE = "EYEHAND_ROBOTS"
+"""Environment variable with the folder of the robots' files."""
+LOCAL_FOLDER = Path("robots")
+"""Folder of the working directory that is searched as well."""
+
+
+@dataclass(frozen=True)
+class NamedArm:
+    """An arm of the MuJoCo Menagerie."""
+
+    file: str
+    """MJCF file of the arm without a hand: folder and name."""
+    rest: tuple[float, ...]
+    """Rest posture in the cell, outside the camera's view and beside the tray, rad."""
+    hand: str = ""
+    """Default hand; empty if there is none."""
+    whole: str = ""
+    """MJCF file of the arm with that hand; empty if there is none."""
+    flange: str = "attachment_site"
+    """Site that carries the hand."""
+
+
+@dataclass(frozen=True)
+class NamedHand:
+    """A gripper of the MuJoCo Menagerie. Its description is built in under the same name."""
+
+    file: str
+    """MJCF file: folder and name."""
+    turn: float = 0.0
+    """Turn of the file on the flange of an arm, rad."""
+
+
+INCLUDED_ARM, INCLUDED_HAND = "lbr", "own"
+"""Names of the arm and the hand of the package."""
+ARMS = {
+    "panda": NamedArm(
+        "franka_emika_panda/panda_nohand.xml",
+        (-0.9, -0.4, 0.0, -2.2, 0.0, 1.9, -0.785),
+        hand="panda",
+        whole="franka_emika_panda/panda.xml",
+    ),
+    "ur5e": NamedArm("universal_robots_ur5e/ur5e.xml", (2.24, -1.9, 2.1, -1.77, -1.5708, 0.0)),
+    "iiwa14": NamedArm("kuka_iiwa_14/iiwa14.xml", (-0.9, -0.3, 0.0, -1.9, 0.0, 1.5, 0.0)),
+}
+"""Arms by name, besides the included one."""
+HANDS = {
+    "panda": NamedHand("franka_emika_panda/hand.xml"),
+    "2f85": NamedHand("robotiq_2f85/2f85.xml"),
+}
+"""Grippers by name, besides the included hand."""
+
+
+def make_robot(
+    arm: str = INCLUDED_ARM, hand: str = "", mount: tuple[float, ...] | None = None
+) -> GraspRobot:
+    """Join an arm and a hand.
+
+    Parameters
+    ----------
+    arm
+        Name of an arm, or an MJCF file. A file without a hand needs the site ``attachment_site``.
+    hand
+        Name of a hand, or an MJCF file; empty for the arm's own hand. A file needs its description
+        beside it, ``gripper.json`` of ``gripper.xml``.
+    mount
+        Pose of the hand's file in the arm's flange: x, y, z in m; roll, pitch, yaw in rad. None
+        means the default of a name.
+
+    Raises
+    ------
+    InputError
+        If a name is unknown, a file is missing, or arm and hand cannot be joined.
+    """
+    if arm == INCLUDED_ARM and hand in ("", INCLUDED_HAND):
+        if mount is not None:
+            raise InputError("--mount is for another hand: the included one has its place")
+        return GraspRobot()
+    if hand == INCLUDED_HAND:
+        raise InputError(f"the hand {INCLUDED_HAND!r} goes with the arm {INCLUDED_ARM!r} only")
+    pose = None if mount is None else _mount_pose(mount)
+    known = ARMS.get(arm)
+    if known is None and arm != INCLUDED_ARM:
+        return _robot_of_files(_file(arm, "arm", (INCLUDED_ARM, *ARMS)), hand, pose)
+    hand = hand or (known.hand if known is not None else "")
+    if not hand:
+        raise InputError(f"the arm {arm!r} has no hand of its own: give --hand {_listed(HANDS)}")
+    path, jaws, turned = _gripper(hand)
+    place = turned if pose is None else pose
+    if known is None:
+        robot = GraspRobot()
+        rest = tuple(robot.home)
+        return jaw_robot(robot.arm, path, jaws, flange=robot.flange, rest=rest, mount=place)
+    if hand == known.hand and pose is None:
+        return jaw_robot(robot_file(known.whole), None, jaws, rest=known.rest)
+    file = robot_file(known.file)
+    return jaw_robot(file, path, jaws, flange=known.flange, rest=known.rest, mount=place)
+
+
+def robot_file(name: str) -> Path:
+    """Find a file of the MuJoCo Menagerie by its folder and name.
+
+    Raises
+    ------
+    InputError
+        If it is in none of the places.
+    """
+    given = os.environ.get(FOLDER_VARIABLE, "")
+    folders = [Path(given)] if given else []
+    for folder in (*folders, LOCAL_FOLDER):
+        if (folder / name).is_file():
+            return folder / name
+    if given:
+        raise InputError(f"{FOLDER_VARIABLE}={given}: there is no {name} in this folder")
+    return _downloaded(name)
+
+
+def _downloaded(name: str) -> Path:
+    """Return a file of the package `mujoco-menagerie`."""
+    try:
+        import mujoco_menagerie  # pyright: ignore[reportMissingImports] - an extra
+    except ImportError:
+        raise InputError(
+            f"there is no robot file {name}: install the robots with pip install "
+            f"'eyehand[robots]', or name their folder in {FOLDER_VARIABLE}"
+        ) from None
+    folder, file = name.split("/", 1)
+    try:
+        return Path(mujoco_menagerie.get(folder).path(progress=None)) / file
+    except (mujoco_menagerie.MenagerieError, OSError) as error:
+        raise InputError(
+            f"mujoco-menagerie cannot provide {folder}: {' '.join(str(error).split())}; "
+            f"name a folder with it in {FOLDER_VARIABLE}"
+        ) from None
+
+
+def _robot_of_files(arm: Path, hand: str, mount: RigidTransform | None) -> GraspRobot:
+    """Join an arm of a file with a gripper, or read a robot that contains one."""
+    contained = mount is None and _contains_gripper(arm)
+    if not hand and not contained:
+        raise InputError(f"{arm} contains no gripper with two jaws: give --hand {_listed(HANDS)}")
+    if contained and (not hand or hand in HANDS):
+        return jaw_robot(arm, None, load_hand(hand) if hand else _description(arm))
+    path, jaws, turned = _gripper(hand)
+    if mount is None and hand in HANDS:
+        mount = turned
+    if mount is None:
+        raise InputError(
+            f"the mount between {arm} and the hand {hand} is not known: "
+            "give --mount x y z roll pitch yaw"
+        )
+    return jaw_robot(arm, path, jaws, mount=mount)
+
+
+def _contains_gripper(arm: Path) -> bool:
+    """Return whether a robot's file contains a gripper with two jaws."""
+    try:
+        _ = GraspRobot(arm, None, jaws=load_hand("generic")).mechanism
+    except InputError:
+        return False
+    return True
+
+
+def _gripper(hand: str) -> tuple[Path, ParallelHand, RigidTransform]:
+    """Return file, description and default mount of a gripper."""
+    known = HANDS.get(hand)
+    if known is not None:
+        turn = RigidTransform.from_rotation(Rotation.from_rotvec([0.0, 0.0, known.turn]))
+        return robot_file(known.file), load_hand(hand), turn
+    path = _file(hand, "hand", (INCLUDED_HAND, *HANDS))
+    return path, _description(path), RigidTransform.identity()
+
+
+def _description(path: Path) -> ParallelHand:
+    """Read the description of a gripper beside its MJCF file."""
+    beside = path.with_suffix(".json")
+    if not beside.is_file():
+        raise InputError(
+            f"there is no description {beside} of the gripper in {path}: write it with "
+            f"eyehand hand describe {path}, or give --hand {_listed(HANDS)}"
+        )
+    return replace(load_hand(beside), name=path.stem)
+
+
+def _file(text: str, what: str, names: Iterable[str]) -> Path:
+    path = Path(text)
+    if path.is_file():
+        return path
+    near = difflib.get_close_matches(text, names, 1)
+    hint = f"; did you mean {near[0]}?" if near else ""
+    raise InputError(
+        f"there is no {what} {text!r}: valid names are {_listed(names)}, or the path of an "
+        f"MJCF file{hint}"
+    )
+
+
+def _mount_pose(mount: tuple[float, ...]) -> RigidTransform:
+    if len(mount) != 6:
+        raise InputError(f"--mount must be 6 numbers, x y z roll pitch yaw, got {list(mount)}")
+    rotation = Rotation.from_euler("xyz", mount[3:])
+    return RigidTransform.from_components(list(mount[:3]), rotation)
+
+
+def _listed(names: Iterable[str]) -> str:
+    return ", ".join(names)

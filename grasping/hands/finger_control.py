@@ -1,0 +1,129 @@
+"""Commands and senses of a hand with fingers and a thumb that sense contact forces."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .closing import Closing, open_command, preshape_command
+from .fingertips import fingertip_contacts, off_face_contacts
+from .hand_control import HeldState
+from .hand_state import finger_curl, finger_reading, grip_width, is_holding
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from ..prototypes import Prototype
+    from .grip_options import GripOptions
+    from .hand_control import ClosingController
+    from .hand_messages import AnyReading, HandCommand
+    from .hand_model import HandModel
+
+CONTACT_FORCE = 0.1
+"""Force above which a pad counts as in contact with the held object, N."""
+
+
+TOLERANCE = 0.004
+"""Error of the approach that compliant fingers compensate, m or rad."""
+
+
+@dataclass(frozen=True)
+class FingerControl:
+    """`HandControl` of a hand with fingers and a thumb."""
+
+    model: HandModel
+    """The hand."""
+
+    @property
+    def fingers(self) -> tuple[str, ...]:
+        """Names of the fingers, the thumb last."""
+        return self.model.fingers
+
+    @property
+    def max_opening(self) -> float:
+        """Maximum opening, m."""
+        return self.model.max_opening
+
+    @property
+    def tolerance(self) -> float:
+        """Error of the approach that the compliance of the hand compensates, m or rad."""
+        return TOLERANCE
+
+    def reach(self, opening: float) -> float:
+        """Return the distance of the fingertips from the palm along z at an opening, m."""
+        return self.model.reach(opening)
+
+    def half_width(self, opening: float) -> float:
+        """Return half the width of the hand at an opening in m, m."""
+        return 0.5 * max(self.model.outer_width(opening), self.model.row_width)
+
+    def posture(self, opening: float, prototype: Prototype | None = None) -> NDArray[np.float64]:
+        """Return the excursions (D,), m, at an opening in m, for `Robot.description`."""
+        if prototype is None:
+            return self.model.excursions_at(opening)
+        return np.asarray(preshape_command(self.model, opening, prototype).values)
+
+    def preshape(self, opening: float, prototype: Prototype) -> HandCommand:
+        """Return the command of the pre-shape with an opening in m."""
+        return preshape_command(self.model, opening, prototype)
+
+    def opened(self) -> HandCommand:
+        """Return the command that opens the hand fully."""
+        return open_command(self.model)
+
+    def closing(
+        self, prototype: Prototype, opening: float, options: GripOptions
+    ) -> ClosingController:
+        """Return the controller that closes the hand from an opening in m."""
+        return Closing(self.model, prototype, opening, options)
+
+    def contacts(self, reading: AnyReading, min_force: float) -> tuple[str, ...]:
+        """Return the names of the pads with a force above ``min_force``, N."""
+        touched = finger_reading(reading).forces > min_force
+        return tuple(np.array(self.model.pads)[touched].tolist())
+
+    def touched_side(self, reading: AnyReading, min_force: float) -> float:
+        """Return the touched side along x: 1 thumb, -1 fingers, 0 both or neither."""
+        touched = self.contacts(reading, min_force)
+        *fingers, thumb = self.model.fingers
+        on_thumb = any(pad.startswith(thumb) for pad in touched)
+        return float(on_thumb) - float(any(pad.startswith(tuple(fingers)) for pad in touched))
+
+    def touches_outside(self, reading: AnyReading, min_force: float) -> bool:
+        """Return whether a fingertip touches something beside its gripping face."""
+        return bool(off_face_contacts(finger_reading(reading), self.model, min_force))
+
+    def forces(self, reading: AnyReading) -> NDArray[np.float64]:
+        """Return the force on each finger, then on the palm, (F + 1,), N."""
+        force = np.zeros(len(self.fingers) + 1)
+        np.add.at(force, self._finger_of_pad, finger_reading(reading).forces)
+        return force
+
+    def width(self, reading: AnyReading) -> float:
+        """Return the distance between the pads of middle finger and thumb, m."""
+        return grip_width(finger_reading(reading), self.model)
+
+    def holds(self, reading: AnyReading) -> bool:
+        """Return whether an object is between the fingers and the thumb or the palm."""
+        return is_holding(finger_reading(reading), self.model)
+
+    def held(self, reading: AnyReading) -> HeldState:
+        """Return what the hand senses of the object that it holds."""
+        hand = finger_reading(reading)
+        pads = int((hand.forces > CONTACT_FORCE).sum())
+        return HeldState(pads, finger_curl(hand, self.model), fingertip_contacts(hand))
+
+    @cached_property
+    def _finger_of_pad(self) -> NDArray[np.intp]:
+        """Number of the finger of each pad, (P,); pads of the palm get ``len(fingers)``."""
+        fingers = self.model.fingers
+        return np.array(
+            [
+                next((k for k, name in enumerate(fingers) if pad.startswith(name)), len(fingers))
+                for pad in self.model.pads
+            ],
+            dtype=np.intp,
+        )

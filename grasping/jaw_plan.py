@@ -1,0 +1,65 @@
+"""Convert a grasp of two jaws to the plan that the phases of a pick execute."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .plan import ApproachTask, GraspPlan, Score
+from .prototypes import mass_range
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from eyehand.perception import SceneObject
+
+    from .jaws import Grasp
+
+TOP_COSINE = np.cos(np.radians(45.0))
+"""Cosine of the angle from straight down up to which an approach is from the top."""
+
+
+def jaw_plans(grasp: Grasp, item: SceneObject, up: NDArray[np.float64]) -> tuple[GraspPlan, ...]:
+    """Return the plans of a grasp: the gripper as planned, and turned by half a turn.
+
+    Both close on the same faces. The arm may reach only one of them.
+
+    Parameters
+    ----------
+    grasp
+        Grasp of the object, in the frame of its scene.
+    item
+        The object.
+    up
+        Unit direction up, (3,).
+    """
+    return _plan(grasp, item, up, 1.0), _plan(grasp, item, up, -1.0)
+
+
+def _plan(grasp: Grasp, item: SceneObject, up: NDArray[np.float64], turn: float) -> GraspPlan:
+    tip, palm, closing = grasp.position, grasp.approach, turn * grasp.closing
+    solids = item.fit.parts or ((item.fit.superquadric,) if item.fit.superquadric else ())
+    depth = float((palm @ tip) - (item.points @ palm).min())
+    volume = float(sum(solid.volume for solid in solids))
+    tasks = (
+        ApproachTask(
+            "position", 3, tip, palm, 0.0, "tool centre point at the grasp", retreat_slope=1.0
+        ),
+        ApproachTask(
+            "orientation", 3, tip, closing, 0.0, "approach and closing direction", palm=palm
+        ),
+    )
+    return GraspPlan(
+        prototype="pincer",
+        approach="top" if -palm @ up >= TOP_COSINE else "side",
+        opening=grasp.width,
+        closing=closing,
+        palm=palm,
+        tasks=tasks,
+        score=Score(grasp.success, dict(grasp.terms)),
+        rejected={},
+        mass=mass_range(volume),
+        reason=grasp.reason,
+        palm_gap=-max(depth, 0.0),
+    )

@@ -1,0 +1,74 @@
+"""Travel of the hand along its approach until it touches something."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .candidates import Candidates
+from .clearance import lowest_height
+from .grasp import APPROACH
+from .kernels import travels
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from eyehand.perception import SupportPlane
+
+    from ..hands import ParallelHand
+    from .point_blocks import PointBlocks
+
+ALLOWANCE = 0.0015
+"""Points that reach less far into the sides of the hand do not stop it, m. Averaged points lie
+inside thin edges."""
+RANK = 2
+"""Number of the point that stops the hand, from the first one. Single points are noise."""
+
+
+def free_travel(
+    candidates: Candidates,
+    opening: NDArray[np.float64],
+    blocks: PointBlocks,
+    support: SupportPlane | None,
+    hand: ParallelHand,
+) -> NDArray[np.float64]:
+    """Return how far the hand moves along its straight approach until it touches something, (n,).
+
+    The travel is in m, at most `APPROACH`. It is -1 if the hand touches something at the start.
+
+    Parameters
+    ----------
+    candidates
+        Poses at the end of the approach.
+    opening
+        Distance between the pads, (n,), m.
+    blocks
+        Points of the scene.
+    support
+        The support, or None.
+    hand
+        The hand.
+    """
+    finger = np.array([[box.low, box.high] for box in hand.finger_boxes])
+    approach = candidates.rotation[:, :, 2]
+    start = candidates.tip - APPROACH * approach
+    travel = travels(
+        candidates.rotation,
+        start,
+        0.5 * opening,
+        blocks.points,
+        (blocks.blocks.start, blocks.blocks.centre, blocks.blocks.radius),
+        finger,
+        hand.fixed_boxes(),
+        APPROACH,
+        ALLOWANCE,
+        RANK,
+    )
+    if support is not None:
+        at_start = Candidates(candidates.rotation, start, candidates.object)
+        height = lowest_height(at_start, support, hand)
+        sinking = -approach @ support.normal
+        until = np.where(sinking > 1e-6, height / np.maximum(sinking, 1e-6), APPROACH)
+        travel = np.minimum(travel, np.where(height < -ALLOWANCE, -1.0, np.maximum(until, 0.0)))
+    return np.where(travel < -ALLOWANCE, -1.0, np.clip(travel, 0.0, APPROACH))

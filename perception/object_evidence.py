@@ -1,0 +1,105 @@
+"""What a frame shows of one object: points, the plane below it, and the space around it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import cv2
+import numpy as np
+
+from .superquadric import MIN_POINTS, FitOptions, SuperquadricFit, fit_superquadric
+from .visibility import view_free_space
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+    from scipy.spatial.transform import RigidTransform
+
+    from .frame import DepthFrame
+    from .segmentation import Segmentation
+    from .superquadric import FreeSpace
+
+BORDER_PX = 1
+"""Pixels removed from the border of every segment before its fit. Depth is least reliable there:
+some pixels mix the object with what lies behind it. Two pixels would lose thin objects."""
+
+
+# Arrays have no truth value: equality is identity.
+@dataclass(frozen=True, eq=False)
+class RegionEvidence:
+    """What a frame shows of one object, in the scene's frame: the input of its fit."""
+
+    points: NDArray[np.float64]
+    """Visible surface points, (N, 3), m."""
+    view_origin: NDArray[np.float64]
+    """Position of the camera, (3,), m."""
+    support_plane: NDArray[np.float64] | None
+    """Unit normal and offset (4,) of the plane that the object stands on, if it is known."""
+    free_space: FreeSpace
+    """Empty space around the object."""
+    margin: float
+    """Distance of the object's outline beyond that of the points, m."""
+
+    def fit(self, options: FitOptions) -> SuperquadricFit:
+        """Fit a solid."""
+        margin = options.silhouette_margin + self.margin
+        return fit_superquadric(
+            self.points,
+            view_origin=self.view_origin,
+            support_plane=self.support_plane,
+            free_space=self.free_space,
+            options=replace(options, silhouette_margin=margin),
+        )
+
+
+def collect_evidence(
+    cloud: NDArray[np.float64],
+    plane: NDArray[np.float64] | None,
+    frame: DepthFrame,
+    T_scene_camera: RigidTransform,
+    mask: NDArray[np.bool_],
+) -> RegionEvidence:
+    """Return what a frame shows of the object with a mask (H, W) and a cloud (N, 3)."""
+    origin = np.asarray(T_scene_camera.translation)
+    distance = float(np.linalg.norm(np.median(cloud, axis=0) - origin)) if len(cloud) else 0.0
+    return RegionEvidence(
+        points=cloud,
+        view_origin=origin,
+        support_plane=plane,
+        free_space=view_free_space(mask, frame, T_scene_camera),
+        # The outline of the cloud is smaller than that of the object, by the removed border and
+        # half a pixel on each side.
+        margin=(BORDER_PX + 0.5) * distance / frame.intrinsics.fx,
+    )
+
+
+def sample_points(
+    frame: DepthFrame,
+    segmentation: Segmentation,
+    label: int,
+    box: tuple[slice, slice],
+    count: int,
+    rng: np.random.Generator,
+) -> NDArray[np.float64]:
+    """Sample at most `count` points of a segment, camera frame.
+
+    The segment's border is left out if at least ``MIN_POINTS`` pixels remain.
+    """
+    mask = segmentation.labels[box] == label
+    side = 2 * BORDER_PX + 1
+    eroded = cv2.erode(
+        mask.astype(np.uint8),
+        np.ones((side, side), np.uint8),
+        borderType=cv2.BORDER_CONSTANT,
+        borderValue=0,
+    )
+    if np.count_nonzero(eroded) >= MIN_POINTS:
+        mask = eroded > 0
+    rows, columns = np.nonzero(mask & (frame.depth[box] > 0))
+    if rows.size > count:
+        drawn = np.sort(rng.choice(rows.size, count, replace=False))
+        rows, columns = rows[drawn], columns[drawn]
+    rows, columns = rows + box[0].start, columns + box[1].start
+    k = frame.intrinsics
+    z = frame.depth[rows, columns].astype(np.float64)
+    return np.column_stack([(columns - k.cx) / k.fx * z, (rows - k.cy) / k.fy * z, z])

@@ -1,0 +1,116 @@
+"""`eyehand calibrate` finds the camera in rendered images, and refuses what it cannot use."""
+
+import json
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from scipy.spatial.transform import RigidTransform, Rotation
+
+from eyehand.apps.main import main
+from eyehand.perception import CameraIntrinsics
+from eyehand.perception.cameras import charuco_board
+from eyehand.perception.io import pose_from_json, pose_to_json, read_camera_file, write_intrinsics
+
+CAMERA = CameraIntrinsics(600.0, 600.0, 319.5, 239.5, 640, 480)
+BOARD = charuco_board(7, 5, 0.03, 0.022)
+T_WORLD_CAMERA = RigidTransform.from_components(
+    [1.0, 0.0, 0.8], Rotation.from_euler("xyz", [-130.0, 0.0, 90.0], degrees=True)
+)
+
+
+def run(*words) -> int:
+    with pytest.raises(SystemExit) as exit_info:
+        main(["calibrate", *map(str, words)])
+    assert isinstance(exit_info.value.code, int)
+    return exit_info.value.code
+
+
+def rendered(T_camera_board: RigidTransform) -> np.ndarray:
+    """Draw the board as the camera sees it."""
+    drawn = BOARD.image(60, 40)
+    corners = np.array([[0, 0], [7, 0], [7, 5], [0, 5]], dtype=float)
+    x, y, z = T_camera_board.apply(np.column_stack([corners * BOARD.square, np.zeros(4)])).T
+    target = np.column_stack([600.0 * x / z + 319.5, 600.0 * y / z + 239.5])
+    warp = cv2.getPerspectiveTransform(
+        (corners * 60 + 39.5).astype(np.float32), (4 * target + 1.5).astype(np.float32)
+    )
+    large = cv2.warpPerspective(drawn, warp, (2560, 1920), borderValue=(110,))
+    return cv2.resize(large, (640, 480), interpolation=cv2.INTER_AREA)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory) -> Path:
+    """Return a folder with 10 images of a board on the wrist, their poses, and a camera file."""
+    path = tmp_path_factory.mktemp("calibrate")
+    rng = np.random.default_rng(1)
+    wrist_board = RigidTransform.from_components(
+        [0.02, 0.0, 0.1], Rotation.from_rotvec([0, 0, 0.5])
+    )
+    middle = RigidTransform.from_translation([-0.105, -0.075, 0.0])
+    poses = {}
+    for number in range(10):
+        T_camera_board = (
+            RigidTransform.from_components(
+                rng.uniform([-0.05, -0.04, 0.4], [0.05, 0.04, 0.5]),
+                Rotation.from_rotvec(rng.uniform(-0.5, 0.5, 3)),
+            )
+            * middle
+        )
+        name = f"{number:02d}.png"
+        cv2.imwrite(str(path / name), rendered(T_camera_board))
+        poses[name] = pose_to_json(T_WORLD_CAMERA * T_camera_board * wrist_board.inv())
+    (path / "poses.json").write_text(json.dumps(poses))
+    write_intrinsics(path / "camera.json", CAMERA)
+    return path
+
+
+def test_rendered_images_give_the_pose_within_its_stated_error(folder, tmp_path, capsys):
+    assert run(folder / "poses.json", "--out", tmp_path / "out", "--json") == 0
+    report = json.loads(capsys.readouterr().out)
+    assert report["schema"] == "eyehand.calibrate/1"
+    assert all(row["used"] for row in report["rows"])
+    written = json.loads((tmp_path / "out" / "calibration.json").read_text())
+    error = T_WORLD_CAMERA.inv() * pose_from_json(written["T_world_camera"], "pose")
+    assert np.linalg.norm(error.translation) < 1e-3
+    assert error.rotation.magnitude() < np.deg2rad(0.1)
+    assert np.linalg.norm(error.translation) < 4 * written["position_error_m"]
+    camera = read_camera_file(tmp_path / "out" / "camera.json", 640, 480)
+    assert camera.T_world_camera is not None
+
+
+def test_board_is_written_for_a_printer(tmp_path):
+    assert run("--board", tmp_path / "board.png") == 0
+    image = cv2.imread(str(tmp_path / "board.png"), cv2.IMREAD_GRAYSCALE)
+    assert image is not None
+    assert image.shape == (5 * 354 + 2 * 118, 7 * 354 + 2 * 118)
+
+
+def test_images_of_another_board_are_refused_without_files(folder, tmp_path, capsys):
+    words = [folder / "poses.json", "--dictionary", "4X4_50", "--out", tmp_path / "out"]
+    assert run(*words) == 2
+    assert "the board is visible in 0 of 10 images" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        ("[]", "image.png"),
+        ("{", "not a JSON file"),
+        ('{"00.png": 3}', "00.png must be"),
+        ('{"missing.png": {"quat_wxyz": [1, 0, 0, 0], "translation_m": [0, 0, 0]}}', "missing.png"),
+    ],
+)
+def test_bad_poses_are_named_in_one_line(content, message, tmp_path, capsys):
+    (tmp_path / "poses.json").write_text(content)
+    assert run(tmp_path / "poses.json") == 2
+    error = capsys.readouterr().err
+    assert message in error
+    assert len(error.strip().splitlines()) == 1
+
+
+def test_command_without_input_names_what_it_needs(capsys):
+    assert run() == 2
+    assert "--board" in capsys.readouterr().err

@@ -1,0 +1,76 @@
+"""Tests of the alternatives of solids whose end is hidden."""
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from synthetic_solids import Box, solid_frame
+
+from eyehand.perception import DepthFrame, SuperquadricFit, SupportPlane, fit_region
+
+NOISE = 0.0007
+"""Noise of the readings, m."""
+SIZE = (0.14, 0.05, 0.08)
+"""Size of the box that is fitted, m: its longest side runs from side to side."""
+TABLE = SupportPlane(np.array([0.0, 0.0, 1.0]), 0.0)
+SIDE = np.array([1.0, 0.0, 0.0])
+"""Direction in which the box is hidden."""
+
+
+def fit_box(x: float, *occluders: Box) -> tuple[Box, SuperquadricFit]:
+    """Fit a box at `x` m to the side, behind occluders."""
+    box = Box(x, 0.62, SIZE, yaw=0.2)
+    frame, labels = solid_frame([box, *occluders], known_pose=True)
+    noise = NOISE * np.random.default_rng(3).normal(size=frame.depth.shape)
+    frame = DepthFrame((frame.depth + noise).astype(np.float32), frame.intrinsics, pose(frame))
+    fit, _ = fit_region(frame, labels, 1, TABLE.moved(pose(frame).inv()))
+    return box, fit
+
+
+def pose(frame: DepthFrame):
+    assert frame.T_world_camera is not None
+    return frame.T_world_camera
+
+
+def true_end(box: Box) -> float:
+    """Return how far a box reaches along SIDE, m."""
+    half = np.array(box.size) / 2
+    return box.x + float(half[:2] @ np.abs([np.cos(box.yaw), np.sin(box.yaw)]))
+
+
+def ends(fit: SuperquadricFit) -> NDArray[np.float64]:
+    """Return how far a fit and its alternatives reach along SIDE, (K,), m."""
+    assert fit.superquadric is not None
+    solids = [fit.superquadric, *(other.superquadric for other in fit.alternatives)]
+    return np.array([solid.support(SIDE) for solid in solids])
+
+
+def test_box_behind_an_occluder_may_end_later():
+    occluder = Box(0.09, 0.5, (0.13, 0.03, 0.25))
+    box, fit = fit_box(0.0, occluder)
+    assert fit
+    assert fit.ambiguous
+    reach = ends(fit)
+    assert reach.min() - 0.003 < true_end(box) < reach.max() + 0.003
+    # The outline at the occluder is not the outline of the box.
+    assert fit.covered_share < 0.02
+    assert all(other.criterion >= fit.candidates[0].criterion for other in fit.alternatives)
+    hidden = next(side for side in fit.sides if side.direction @ SIDE > 0.9)
+    seen = next(side for side in fit.sides if side.direction @ SIDE < -0.9)
+    assert hidden.sigma > 2.0 * seen.sigma
+
+
+def test_box_cut_by_the_image_border_may_end_later():
+    box, fit = fit_box(0.5)
+    assert fit
+    assert fit.ambiguous
+    assert ends(fit).max() > true_end(box) - 0.003
+
+
+@pytest.mark.parametrize(
+    "occluders", [(), (Box(0.16, 0.62, (0.08, 0.05, 0.08)),), (Box(0.0, 0.45, (0.3, 0.03, 0.02)),)]
+)
+def test_box_whose_ends_are_seen_has_no_alternatives(occluders: tuple[Box, ...]):
+    box, fit = fit_box(0.0, *occluders)
+    assert fit
+    assert not fit.ambiguous
+    assert ends(fit)[0] == pytest.approx(true_end(box), abs=0.003)
