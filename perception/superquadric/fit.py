@@ -8,26 +8,20 @@ from operator import attrgetter
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.spatial.transform import RigidTransform
 
 from eyehand.errors import InputError
 
-from .canonical import canonical_axes
 from .constrained import refine_in_free_space
-from .cost_kernels import distances, normal_equations
-from .free_space import covered_share, outline_shares
-from .kinds import basis
-from .levenberg_marquardt import levenberg_marquardt
+from .cost_kernels import normal_equations
+from .finish import candidate_solid, describe_fit, finish_fit, is_finite, refine_model
+from .free_space import OutlineShares, covered_share, outline_shares
 from .model_selection import CandidateModel, criterion, select_model
 from .occlusion import occlusion_alternatives
 from .options import FitOptions
 from .outliers import FilteredCloud, remove_outliers
 from .parts import split_into_parts
-from .problem import FitProblem, Observation, build_problem, parameter_bounds, sort_by_radius
-from .result import AMBIGUOUS_MARGIN, SHAPE_TOLERANCE, CandidateSolid, SuperquadricFit
-from .robust import robust_spread
-from .shape import Superquadric
-from .uncertainty import estimate_uncertainty
+from .problem import FitProblem, Observation, build_problem, sort_by_radius
+from .result import SuperquadricFit
 from .unseen_depth import depth_alternatives
 from .validity import (
     MAX_COVERED_SHARE,
@@ -36,7 +30,6 @@ from .validity import (
     check_covered_share,
     check_extent,
     check_not_flat,
-    check_residuals,
     check_size,
 )
 from .vessel_fit import fit_vessel
@@ -47,7 +40,6 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from .free_space import FreeSpace
-    from .parameters import ShapeParameters
 
 FILTER_RATIO = 1.5
 """Number of points in the search for outliers, divided by the number of fitted points."""
@@ -56,8 +48,6 @@ MIN_FILTER_POINTS = 400
 too far apart."""
 COVERED_NOISE = 3.0
 """A ray may enter a solid this much too early, in multiples of the noise."""
-SPREAD_POINTS = 300
-"""Points from which the spread of the candidates is computed."""
 UNIT_TOLERANCE = 1e-3
 OUTLINE_WEIGHT = 50.0
 """Increase of the criterion per share of covered and of missed pixels. On the development half of
@@ -68,13 +58,8 @@ convex solid explains the points."""
 MIN_HOLLOW_COVERED, MIN_HOLLOW_MISSED = 0.02, 0.08
 """Shares of wrong pixels below both of which a solid is not hollow. All 37 vessels found in
 views of household meshes have at least 0.07 covered or 0.15 missed pixels."""
-MAX_ITERATIONS = 60
-"""Steps of the last descent of the selected solid."""
 FREE_KINDS = ("superquadric", "tapered")
 """Kinds that can leave free space by their exponents."""
-_GRID = np.array([d for d in np.ndindex(3, 3, 3) if d != (1, 1, 1)], dtype=np.float64) - 1.0
-DIRECTIONS = _GRID / np.linalg.norm(_GRID, axis=1, keepdims=True)
-"""Directions in which extents are compared: along the axes and between them, (26, 3)."""
 
 
 def fit_superquadric(
@@ -137,18 +122,23 @@ def fit_superquadric(
     observation = Observation(filtered, origin, plane, free_space)
     fit = _fit_one_solid(observation, options)
     opened = None
-    if _may_be_hollow(fit, free_space, options):
-        opened = fit_vessel(fit, observation, options, _describe)
+    shares = _wrong_pixels(fit, free_space, options)
+    if _may_be_hollow(shares):
+        opened = fit_vessel(fit, observation, options, describe_fit)
     if opened is not None:
         fit, observation = opened
         free_space = observation.free_space
+        shares = _wrong_pixels(fit, free_space, options)
     if fit.superquadric is not None and origin is not None and fit.superquadric.contains(origin):
         fit = replace(fit, converged=False, reason="the camera would stand inside the solid")
-    fit = _check_free_space(fit, free_space, options)
+    fit = _check_free_space(fit, shares)
     if options.max_parts > 1:
-        add_parts = split_into_parts if fit.vessel is None else add_handle
-        fit = add_parts(fit, observation, options, _fit_part)
-        fit = _check_free_space(fit, free_space, options)
+        if fit.vessel is None:
+            divided = split_into_parts(fit, observation, options)
+        else:
+            divided = add_handle(fit, observation, options, finish_fit)
+        if divided is not fit:
+            fit = _check_free_space(divided, _wrong_pixels(divided, free_space, options))
     hidden_ends = occlusion_alternatives(fit, observation, options)
     return replace(
         fit,
@@ -174,7 +164,7 @@ def _fit_one_solid(observation: Observation, options: FitOptions) -> Superquadri
     reason = check_not_flat(problem, models[0].criterion, has_plane, options)
     if reason:
         return SuperquadricFit.rejected(reason)
-    models = [model for model in models if _is_finite(model.shape)]
+    models = [model for model in models if is_finite(model.shape)]
     if not models:
         return SuperquadricFit.rejected(
             "the parameters are not finite after the optimisation: is the cloud one solid?"
@@ -182,7 +172,7 @@ def _fit_one_solid(observation: Observation, options: FitOptions) -> Superquadri
     # A richer solid of undetermined size must not displace a simpler one of determined size.
     usable = [model for model in models if not check_size(model.shape, problem, options)]
     models = _sort_by_outline(usable or models, problem, observation, options)
-    selected = _refine(models[0], problem, options)
+    selected = refine_model(models[0], problem, options)
     refined = _avoid_free_space(selected, models, problem, observation, options)
     constrained = refined is not selected
     if constrained:
@@ -190,66 +180,40 @@ def _fit_one_solid(observation: Observation, options: FitOptions) -> Superquadri
         models = [model for model in models if model.criterion > refined.criterion]
     selected = refined
     models = [selected, *(model for model in models if model.kind != selected.kind)]
-    return replace(_describe(models, problem, options), constrained=constrained)
+    return replace(describe_fit(models, problem, options), constrained=constrained)
 
 
-def _fit_part(
-    models: list[CandidateModel], problem: FitProblem, options: FitOptions
-) -> SuperquadricFit:
-    """Refine the first of the models of a part, and return it with the others as candidates."""
-    models = [model for model in models if _is_finite(model.shape)]
-    if not models:
-        return SuperquadricFit.rejected("the parameters of a part are not finite")
-    return _describe([_refine(models[0], problem, options), *models[1:]], problem, options)
+def _wrong_pixels(
+    fit: SuperquadricFit, free_space: FreeSpace | None, options: FitOptions
+) -> OutlineShares | None:
+    """Return the wrong pixels of the outline of a fit; None without a free space."""
+    if free_space is None:
+        return None
+    return outline_shares(fit.parts, free_space, COVERED_NOISE * options.noise)
 
 
-def _describe(
-    models: list[CandidateModel], problem: FitProblem, options: FitOptions
-) -> SuperquadricFit:
-    """Return the result with the first of the models as its solid."""
-    selected = models[0]
-    residuals = distances(problem.points, selected.shape) * problem.unit
-    reason = check_size(selected.shape, problem, options) or check_residuals(
-        residuals, problem.unit, options
-    )
-    few = problem.thinned(SPREAD_POINTS, 1)
-    candidates = tuple(_candidate_solid(model, few) for model in models)
-    solid = candidates[0].superquadric
-    return SuperquadricFit(
-        superquadric=solid,
-        converged=not reason,
-        reason=reason,
-        residuals=residuals,
-        candidates=candidates,
-        seconds=0.0,
-        uncertainty=estimate_uncertainty(selected.shape, selected.kind, solid, problem, options),
-        alternatives=_alternatives(selected, candidates, problem, options),
-        parts=(solid,),
-    )
-
-
-def _may_be_hollow(fit: SuperquadricFit, free_space: FreeSpace | None, options: FitOptions) -> bool:
+def _may_be_hollow(shares: OutlineShares | None) -> bool:
     """Return whether the outline lets the object be a vessel.
 
     The outer solid of a vessel covers the pixels of the inside, which lie behind it, or misses
     the rim. This saves the search for an opening on most convex objects.
     """
-    if free_space is None:
+    if shares is None:
         return True
-    covered, missed = outline_shares(fit.parts, free_space, COVERED_NOISE * options.noise)
-    return covered > MIN_HOLLOW_COVERED or missed > MIN_HOLLOW_MISSED
+    return shares.covered > MIN_HOLLOW_COVERED or shares.missed > MIN_HOLLOW_MISSED
 
 
-def _check_free_space(
-    fit: SuperquadricFit, free_space: FreeSpace | None, options: FitOptions
-) -> SuperquadricFit:
+def _check_free_space(fit: SuperquadricFit, shares: OutlineShares | None) -> SuperquadricFit:
     """Return the fit with its shares of pixels, not converged if it covers too much."""
-    if free_space is None:
+    if shares is None:
         return fit
-    covered, missed = outline_shares(fit.parts, free_space, COVERED_NOISE * options.noise)
-    reason = fit.reason or check_covered_share(covered)
+    reason = fit.reason or check_covered_share(shares.covered)
     return replace(
-        fit, covered_share=covered, missed_share=missed, converged=not reason, reason=reason
+        fit,
+        covered_share=shares.covered,
+        missed_share=shares.missed,
+        converged=not reason,
+        reason=reason,
     )
 
 
@@ -290,17 +254,6 @@ def _filter_cloud(
     return filtered._replace(points=np.unique(cloud, axis=0))
 
 
-def _refine(model: CandidateModel, problem: FitProblem, options: FitOptions) -> CandidateModel:
-    """Return the model after the last steps of the Levenberg-Marquardt."""
-    bounds = parameter_bounds(model.kind, problem, options)
-    shape, cost, _ = levenberg_marquardt(
-        problem, model.shape, basis(model.kind), bounds, MAX_ITERATIONS
-    )
-    return model._replace(
-        shape=shape, cost=cost, criterion=criterion(cost, model.kind, problem, options)
-    )
-
-
 def _sort_by_outline(
     models: list[CandidateModel],
     problem: FitProblem,
@@ -316,7 +269,7 @@ def _sort_by_outline(
         return models
 
     def wrong_share(model: CandidateModel) -> float:
-        solid = _candidate_solid(model, problem).superquadric
+        solid = candidate_solid(model, problem).superquadric
         return sum(outline_shares([solid], free_space, COVERED_NOISE * options.noise))
 
     first = wrong_share(models[0])
@@ -353,7 +306,7 @@ def _avoid_free_space(
     tolerance = COVERED_NOISE * options.noise
 
     def share(model: CandidateModel) -> float:
-        return covered_share([_candidate_solid(model, problem).superquadric], free_space, tolerance)
+        return covered_share([candidate_solid(model, problem).superquadric], free_space, tolerance)
 
     before = share(selected)
     if not MAX_COVERED_SHARE < before < MAX_MENDED_SHARE:
@@ -369,54 +322,8 @@ def _avoid_free_space(
     valid = [
         model
         for model in mended
-        if _is_finite(model.shape)
+        if is_finite(model.shape)
         and not check_size(model.shape, problem, options)
         and share(model) <= MENDED_SHARE
     ]
     return min(valid, key=attrgetter("criterion"), default=selected)
-
-
-def _candidate_solid(model: CandidateModel, problem: FitProblem) -> CandidateSolid:
-    """Return the solid in m and in the frame of the cloud, in canonical form."""
-    log_axes, (e1, e2), R, centre, (k1, k2) = model.shape
-    exponents = (float(e1), float(e2))
-    semi_axes, R, taper = canonical_axes(
-        np.exp(log_axes) * problem.unit, exponents, R, model.kind, (float(k1), float(k2))
-    )
-    matrix = np.eye(4)
-    matrix[:3, :3] = R
-    matrix[:3, 3] = centre * problem.unit + problem.centre
-    pose = RigidTransform(matrix, normalize=False)
-    solid = Superquadric(semi_axes, exponents, pose, model.kind, taper)
-    residuals = distances(problem.points, model.shape) * problem.unit
-    return CandidateSolid(solid, robust_spread(residuals), model.criterion)
-
-
-def _is_finite(shape: ShapeParameters) -> bool:
-    return all(np.all(np.isfinite(values)) for values in shape)
-
-
-def _alternatives(
-    selected: CandidateModel,
-    candidates: tuple[CandidateSolid, ...],
-    problem: FitProblem,
-    options: FitOptions,
-) -> tuple[CandidateSolid, ...]:
-    """Return other solids with a similar criterion whose shape differs by more than the noise."""
-    others = list(candidates[1:])
-    if selected.rival is not None:
-        rival = _refine(selected.rival, problem, options)
-        if _is_finite(rival.shape) and not check_size(rival.shape, problem, options):
-            others.append(_candidate_solid(rival, problem))
-    best = candidates[0]
-    return tuple(
-        other
-        for other in others
-        if other.criterion - best.criterion < AMBIGUOUS_MARGIN
-        and _difference(best.superquadric, other.superquadric) > SHAPE_TOLERANCE * options.noise
-    )
-
-
-def _difference(first: Superquadric, second: Superquadric) -> float:
-    """Return the largest difference of the extents of two solids over DIRECTIONS, m."""
-    return float(np.abs(first.support(DIRECTIONS) - second.support(DIRECTIONS)).max())

@@ -14,6 +14,7 @@ from .levenberg_marquardt import levenberg_marquardt
 from .multi_start import START_EXPONENT
 from .parameters import ShapeParameters
 from .part_cuts import propose_cuts
+from .part_kernels import seam_share, vote_parts
 from .problem import parameter_bounds
 
 if TYPE_CHECKING:
@@ -79,9 +80,7 @@ def assignment_of(
     gaps = functools.reduce(np.minimum, [part.gaps for part in parts])
     masks = [part.covered for part in parts if part.covered is not None]
     square = cloud.square_error(gaps, functools.reduce(np.logical_or, masks) if masks else None)
-    different = labels[cloud.neighbours] != labels[:, None]
-    seam = np.count_nonzero(different @ np.ones(different.shape[1])) / len(labels)
-    score = float(np.log(square)) + SEAM_WEIGHT * seam
+    score = float(np.log(square)) + SEAM_WEIGHT * seam_share(labels, cloud.neighbours)
     return PartAssignment(tuple(parts), labels, square, score)
 
 
@@ -134,7 +133,7 @@ def reassign(
     """Alternate between assigning the points and fitting the parts; return the best round."""
     best = assignment
     for _ in range(rounds):
-        labels = nearest_parts(np.array([part.gaps for part in assignment.parts]), cloud)
+        labels = vote_parts(np.array([part.gaps for part in assignment.parts]), cloud.neighbours)
         if np.bincount(labels, minlength=len(assignment.parts)).min() < MIN_PART_POINTS:
             break
         parts = [
@@ -144,15 +143,6 @@ def reassign(
         assignment = assignment_of(parts, labels, cloud)
         best = min(best, assignment, key=attrgetter("score"))
     return best
-
-
-def nearest_parts(gaps: NDArray[np.float64], cloud: PartCloud) -> NDArray[np.int64]:
-    """Assign each point to the part nearest to it and its neighbours, by majority, (N,).
-
-    `gaps` (P, N) are the signed distances from each part.
-    """
-    nearest = np.eye(len(gaps))[np.abs(gaps).argmin(axis=0)]
-    return (nearest + nearest[cloud.neighbours].sum(axis=1)).argmax(axis=1)
 
 
 def coarse_fit(mask: NDArray[np.bool_], cloud: PartCloud, options: FitOptions) -> RoughPart:
@@ -190,9 +180,11 @@ def principal_box(points: NDArray[np.float64]) -> ShapeParameters:
     _, R = np.linalg.eigh(offsets.T @ offsets)
     local = offsets @ R
     low, high = local.min(axis=0), local.max(axis=0)
-    half = np.maximum(0.5 * (high - low), MIN_THICKNESS * 0.5 * (high - low).max())
+    half = 0.5 * (high - low)
+    half = np.maximum(half, MIN_THICKNESS * half.max())
     a, b, c = np.log(half)
-    last = int(np.argmin(np.abs([b - c, c - a, a - b])))
+    gaps = (abs(b - c), abs(c - a), abs(a - b))
+    last = gaps.index(min(gaps))
     order = [(last + 1) % 3, (last + 2) % 3, last]
     middle = centre + R @ (0.5 * (low + high))
     R = R[:, order] * np.array([1.0, 1.0, np.linalg.det(R[:, order])])

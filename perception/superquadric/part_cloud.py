@@ -13,6 +13,7 @@ from .effective_samples import MAX_SAMPLES
 from .free_space import OCCLUDER_GAP
 from .free_space_kernels import covers_free_space
 from .parameters import ShapeParameters
+from .part_kernels import hides_places
 from .part_outline import DIRECTIONS, outline_planes
 from .problem import (
     SILHOUETTE_PIXELS,
@@ -92,8 +93,6 @@ class PartCloud:
     """(3, 3) rows: the axes of the image plane and the viewing direction; None without a camera."""
     empty: EmptyRays | None
     """The empty rays around; None without a free space."""
-    image_tree: KDTree | None
-    """The positions of the points of the search in the image; None without a support plane."""
     unknown: NDArray[np.float64]
     """(U, 2) positions of rays beside the object that are not known to be empty."""
     margin: float
@@ -155,19 +154,15 @@ class PartCloud:
 
     def _may_reach_plane(self, mask: NDArray[np.bool_]) -> bool:
         """Return whether the part with points in a mask (N,) hides all that lies under it."""
-        if self.image_tree is None or self.frame is None:
+        if self.image is None or self.frame is None:
             return False
         plane, origin = self.problem.terms.plane, self.problem.terms.view_origin
         few = self.points[mask]
         middle = np.ones(len(few)) @ few / len(few)
         below = middle - np.outer(HIDDEN_SHARES * (middle @ plane[:3] + plane[3]), plane[:3])
-        offsets = below - origin
-        gaps, nearest = self.image_tree.query(_project(offsets, self.frame))
-        nearest_points = self.points[nearest] - origin
-        behind = np.einsum("ij,ij->i", offsets, offsets) > np.einsum(
-            "ij,ij->i", nearest_points, nearest_points
+        return bool(
+            hides_places(below, self.points, self.image, mask, self.frame, origin, self.clearance)
         )
-        return bool(np.all(behind & mask[nearest] & (gaps < self.clearance)))
 
     def _outline(self, mask: NDArray[np.bool_]) -> NDArray[np.float64]:
         """Return the planes (J, 4) that touch the outline of the part with points in a mask."""
@@ -175,7 +170,8 @@ class PartCloud:
             return np.zeros((0, 4))
         return outline_planes(
             self.image,
-            mask[self.owner],
+            mask,
+            self.owner,
             self.unknown,
             self.frame,
             self.problem.terms.view_origin,
@@ -225,7 +221,6 @@ def prepare_part_cloud(observation: Observation, options: FitOptions) -> PartClo
     neighbours = np.asarray(neighbours)[:, 1:]
     owner = np.concatenate([np.arange(len(few)), tree.query(points[len(few) :])[1]])
     image, frame, empty = None, None, None
-    image_tree = None
     unknown, margin, clearance = np.zeros((0, 2)), 0.0, 0.0
     if observation.view_origin is not None:
         origin = (observation.view_origin - problem.centre) / problem.unit
@@ -235,8 +230,6 @@ def prepare_part_cloud(observation: Observation, options: FitOptions) -> PartClo
         image = _project(points - origin, frame)
         gaps = np.linalg.norm(image[neighbours[:, -1]] - image[: len(few)], axis=1)
         clearance = CLEARANCE * float(np.median(gaps))
-        if observation.plane is not None:
-            image_tree = KDTree(image[: len(few)])
         margin = SCATTERED_MARGIN * options.noise
         if observation.cloud.on_grid:
             margin = options.silhouette_margin + SILHOUETTE_PIXELS * observation.cloud.pitch
@@ -252,7 +245,6 @@ def prepare_part_cloud(observation: Observation, options: FitOptions) -> PartClo
         image=image,
         frame=frame,
         empty=empty,
-        image_tree=image_tree,
         unknown=unknown,
         margin=margin,
         on_grid=observation.cloud.on_grid,

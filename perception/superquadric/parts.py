@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from .effective_samples import MAX_SAMPLES, TRUSTED_SHARE
+from .finish import candidate_solid, describe_fit, is_finite, refine_model
 from .part_assignment import (
     PartAssignment,
     RoughPart,
@@ -21,7 +22,7 @@ from .part_assignment import (
 from .part_cloud import PartCloud, prepare_part_cloud
 from .part_kinds import fit_kinds
 from .robust import robust_square
-from .shape import PARAMETER_COUNT
+from .shape import PARAMETER_COUNT, Superquadric
 from .validity import PLANE_PARAMETERS, check_residuals
 
 if TYPE_CHECKING:
@@ -44,16 +45,6 @@ MIN_PARAMETERS = PARAMETER_COUNT["cylinder"]
 """Parameters of the simplest part."""
 
 
-class FinishFit(Protocol):
-    """Refines the best model of a part and returns its fit."""
-
-    def __call__(
-        self, models: list[CandidateModel], problem: FitProblem, options: FitOptions, /
-    ) -> SuperquadricFit:
-        """Return the fit of models, best first, of one problem."""
-        ...
-
-
 class _Parts(NamedTuple):
     """Models of all parts, per part best first."""
 
@@ -63,7 +54,7 @@ class _Parts(NamedTuple):
 
 
 def split_into_parts(
-    whole: SuperquadricFit, observation: Observation, options: FitOptions, finish: FinishFit
+    whole: SuperquadricFit, observation: Observation, options: FitOptions
 ) -> SuperquadricFit:
     """Split an object that one solid does not explain into at most ``options.max_parts`` solids.
 
@@ -79,8 +70,6 @@ def split_into_parts(
         The data of that fit.
     options
         The options of that fit.
-    finish
-        Function that refines the selected model of each part.
 
     Returns
     -------
@@ -101,7 +90,7 @@ def split_into_parts(
     if part_criterion(best.square, MIN_PARAMETERS * len(best.parts), cloud) < limit:
         parts = _select_kinds(best, cloud, options)
         if parts.criterion < limit:
-            fit = _to_result(parts, cloud, options, finish)
+            fit = _to_result(parts, cloud, options)
             if fit is not None and (whole or fit):
                 return fit
     if whole:
@@ -177,31 +166,33 @@ def part_criterion(square: float, parameters: int, cloud: PartCloud) -> float:
     return readings * square / cloud.noise**2 + parameters * float(np.log(readings))
 
 
-def _to_result(
-    parts: _Parts, cloud: PartCloud, options: FitOptions, finish: FinishFit
-) -> SuperquadricFit | None:
+def _to_result(parts: _Parts, cloud: PartCloud, options: FitOptions) -> SuperquadricFit | None:
+    """Refine every part on all its points; return None if the parts are no valid result."""
     labels = parts.assignment.labels
-    fits = [
-        finish(models, cloud.part_problem(labels == index, options.points), options)
-        for index, models in enumerate(parts.models)
-    ]
-    solids = [fit.superquadric for fit in fits if fit.superquadric is not None]
-    if len(solids) < len(fits):
-        return None
-    solids.sort(key=lambda solid: -solid.volume)
-    largest = max(fits, key=lambda fit: fit.superquadric.volume if fit.superquadric else 0.0)
+    refined: list[tuple[Superquadric, list[CandidateModel], FitProblem]] = []
+    for index, (best, *others) in enumerate(parts.models):
+        problem = cloud.part_problem(labels == index, options.points)
+        model = refine_model(best, problem, options)
+        if not is_finite(model.shape):
+            return None
+        solid = candidate_solid(model, problem).superquadric
+        refined.append((solid, [model, *others], problem))
+    refined.sort(key=lambda part: -part[0].volume)
+    solids = tuple(solid for solid, _, _ in refined)
     unit = cloud.problem.unit
+    origin = cloud.problem.terms.view_origin * unit + cloud.problem.centre
+    if cloud.image is not None and any(solid.contains(origin) for solid in solids):
+        return None
     points = cloud.all_points * unit + cloud.problem.centre
     residuals = np.min([solid.distance(points) for solid in solids], axis=0)
     reason = check_residuals(residuals, unit, options)
-    origin = cloud.problem.terms.view_origin * unit + cloud.problem.centre
-    if any(solid.contains(origin) for solid in solids) and cloud.image is not None:
-        return None
+    _, models, problem = refined[0]
+    models = [models[0], *(model for model in models[1:] if is_finite(model.shape))]
     return replace(
-        largest,
+        describe_fit(models, problem, options),
         superquadric=solids[0],
         residuals=residuals,
         converged=not reason,
         reason=reason,
-        parts=tuple(solids),
+        parts=solids,
     )

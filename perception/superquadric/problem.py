@@ -42,6 +42,9 @@ EXPONENT_SD = 0.7
 """Prior standard deviation of exponents about 1."""
 TAPER_SD = 0.3
 """Prior standard deviation of the taper about 0."""
+_PRIOR_MEAN = np.array([0.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0])
+_PRIOR_VARIANCES = np.repeat([LOG_AXIS_SD, EXPONENT_SD, TAPER_SD], [3, 2, 2]) ** 2
+_CEILING_VARIANCES = np.repeat([UNSEEN_LOG_AXIS_SD**2, np.inf], [3, 4])
 INITIAL_SAMPLES = 100.0
 """Effective samples in a depth image of a hand-sized object, until residuals give an estimate."""
 
@@ -155,13 +158,14 @@ def point_prior(noise: float, max_radius: float, similar_sd: float | None = None
 
     `max_radius` is the distance of the farthest point. Extents beyond it are unseen.
     """
-    spread = np.repeat([LOG_AXIS_SD, EXPONENT_SD, TAPER_SD], [3, 2, 2])
     unit_weight = noise**2 / MAX_SAMPLES
+    ceiling = np.full(7, np.inf)
+    ceiling[:3] = np.log(max_radius)
     return Prior(
-        mean=np.array([0.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0]),
-        weight=unit_weight / spread**2,
-        ceiling=np.repeat([np.log(max_radius), np.inf], [3, 4]),
-        ceiling_weight=np.repeat([unit_weight / UNSEEN_LOG_AXIS_SD**2, 0.0], [3, 4]),
+        mean=_PRIOR_MEAN,
+        weight=unit_weight / _PRIOR_VARIANCES,
+        ceiling=ceiling,
+        ceiling_weight=unit_weight / _CEILING_VARIANCES,
         similar_weight=0.0 if similar_sd is None else unit_weight / similar_sd**2,
     )
 

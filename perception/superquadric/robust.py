@@ -17,7 +17,10 @@ def robust_spread(residuals: NDArray[np.float64]) -> float:
     """Return the robust standard deviation of residuals (N,); infinite for none."""
     if residuals.size == 0:
         return float("inf")
-    return float(MAD_TO_SIGMA * np.median(np.abs(residuals)))
+    # np.median takes twice the time of a partition.
+    middle = (residuals.size - 1) // 2, residuals.size // 2
+    ordered = np.partition(np.abs(residuals).ravel(), middle)
+    return float(MAD_TO_SIGMA * 0.5 * (ordered[middle[0]] + ordered[middle[1]]))
 
 
 def robust_square(residuals: NDArray[np.float64], noise: float) -> float:

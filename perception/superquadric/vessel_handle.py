@@ -14,8 +14,8 @@ from .part_kinds import fit_kinds
 from .parts import part_criterion
 
 if TYPE_CHECKING:
+    from .finish import FinishFit
     from .options import FitOptions
-    from .parts import FinishFit
     from .problem import Observation
     from .result import SuperquadricFit
 

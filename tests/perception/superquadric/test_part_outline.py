@@ -28,7 +28,7 @@ def view(seed: int) -> tuple[Superquadric, np.ndarray, np.ndarray]:
 def test_planes_touch_the_solid_and_contain_the_camera(seed):
     solid, image, frame = view(seed)
     own = np.ones(len(image), dtype=bool)
-    planes = outline_planes(image, own, NOTHING, frame, ORIGIN, 0.0, 0.01)
+    planes = outline_planes(image, own, np.arange(len(own)), NOTHING, frame, ORIGIN, 0.0, 0.01)
     assert len(planes) == DIRECTIONS
     assert np.linalg.norm(planes[:, :3], axis=1) == pytest.approx(1.0)
     assert planes[:, :3] @ ORIGIN + planes[:, 3] == pytest.approx(0.0, abs=1e-12)
@@ -39,9 +39,9 @@ def test_planes_touch_the_solid_and_contain_the_camera(seed):
 def test_no_plane_touches_where_something_else_is_near():
     _, image, frame = view(0)
     own = image[:, 0] < np.median(image[:, 0])
-    planes = outline_planes(image, own, NOTHING, frame, ORIGIN, 0.0, 0.01)
+    planes = outline_planes(image, own, np.arange(len(own)), NOTHING, frame, ORIGIN, 0.0, 0.01)
     assert 0 < len(planes) < DIRECTIONS
     # The other part lies towards larger x. No plane keeps the part out of there.
     assert (planes[:, :3] @ frame[0]).min() > -0.9
-    around = outline_planes(image, own, 1.1 * image[own], frame, ORIGIN, 0.0, 0.01)
+    around = outline_planes(image, own, np.arange(len(own)), 1.1 * image[own], frame, ORIGIN, 0.0, 0.01)
     assert len(around) < len(planes)
