@@ -17,7 +17,7 @@ from eyehand.perception.superquadric import (
     problem,
     sample_surface,
 )
-from eyehand.perception.superquadric import fit as fit_module
+from eyehand.perception.superquadric import finish as finish_module
 
 VIEW = np.array([0.4, -0.3, 0.6])
 
@@ -84,7 +84,7 @@ def test_refinement_lowers_criterion(monkeypatch):
     options = FitOptions(kinds=("superquadric",), max_minima=1)
 
     def fit_with(iterations):
-        monkeypatch.setattr(fit_module, "MAX_ITERATIONS", iterations)
+        monkeypatch.setattr(finish_module, "MAX_ITERATIONS", iterations)
         return fit_superquadric(points, view_origin=VIEW, support_plane=plane, options=options)
 
     rough, fine = fit_with(1), fit_with(100)

@@ -43,5 +43,7 @@ def test_no_plane_touches_where_something_else_is_near():
     assert 0 < len(planes) < DIRECTIONS
     # The other part lies towards larger x. No plane keeps the part out of there.
     assert (planes[:, :3] @ frame[0]).min() > -0.9
-    around = outline_planes(image, own, np.arange(len(own)), 1.1 * image[own], frame, ORIGIN, 0.0, 0.01)
+    around = outline_planes(
+        image, own, np.arange(len(own)), 1.1 * image[own], frame, ORIGIN, 0.0, 0.01
+    )
     assert len(around) < len(planes)

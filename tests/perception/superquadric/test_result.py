@@ -6,7 +6,7 @@ from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.perception import FitOptions, Superquadric, SuperquadricFit, fit_superquadric
 from eyehand.perception.superquadric import CandidateSolid, sample_surface
-from eyehand.perception.superquadric.fit import DIRECTIONS, SHAPE_TOLERANCE
+from eyehand.perception.superquadric.finish import DIRECTIONS, SHAPE_TOLERANCE
 from eyehand.perception.superquadric.result import AMBIGUOUS_MARGIN
 from eyehand.perception.superquadric.robust import robust_spread
 
