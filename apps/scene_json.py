@@ -79,7 +79,7 @@ def vessel_json(vessel: Vessel) -> dict[str, Any]:
     """Return what a vessel has besides its outer solid, which is the solid of the fit.
 
     The rim is the ellipse ``centre ± semi-axis · direction``. The wall is None if the view does not
-    resolve it. The volume is that of wall and floor.
+    resolve it. The volume is that of wall and floor. The opening of a ring goes through.
     """
     return {
         "rim": {
@@ -88,6 +88,7 @@ def vessel_json(vessel: Vessel) -> dict[str, Any]:
             "directions": [_numbers(direction) for direction in vessel.rim.directions],
         },
         "opening_direction": _numbers(vessel.opening),
+        "through": vessel.through,
         "wall_m": None if vessel.wall is None else _number(vessel.wall),
         "volume_m3": float(f"{vessel.volume:.6g}"),
     }

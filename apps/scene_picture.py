@@ -249,7 +249,7 @@ def _name(fit: SuperquadricFit) -> str:
         return "no solid"
     parts = len(fit_parts(fit))
     if fit.vessel is not None:
-        return "vessel"
+        return "ring" if fit.vessel.through else "vessel"
     return f"{parts} parts" if parts > 1 else fit.superquadric.kind
 
 

@@ -74,6 +74,14 @@ class SceneObject:
     """Labels of larger objects whose solids overlap with this one's by more than 3 mm. Then this
     solid is probably wrong."""
 
+    @property
+    def doubtful(self) -> bool:
+        """Whether the object may have another shape than its solid.
+
+        Another solid explains it as well, its outline differs, or the solid overlaps a larger one.
+        """
+        return self.fit.ambiguous or self.fit.outline_differs or bool(self.overlaps)
+
 
 @dataclass(frozen=True)
 class Scene:

@@ -23,7 +23,8 @@ def headline(fit: SuperquadricFit) -> tuple[str, str]:
     if not parts:
         return "no solid", fit.reason
     if fit.vessel is not None:
-        title = f"vessel, {_listed([size_text(part) for part in parts])}"
+        name = "ring" if fit.vessel.through else "vessel"
+        title = f"{name}, {_listed([size_text(part) for part in parts])}"
         shape = opening_text(fit.vessel)
     elif len(parts) == 1:
         title = f"{parts[0].kind}, {size_text(parts[0])}"

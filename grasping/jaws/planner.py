@@ -44,8 +44,8 @@ SIDE_CLEARANCE = 0.012
 """Gap on each side of the object if the hand does not open fully, m."""
 NARROW_TERM = 0.85
 """Term of a grasp that needs a smaller opening than the full one."""
-UNFITTED_TERM, AMBIGUOUS_TERM = 0.7, 0.95
-"""Terms of an object without a solid, and of one that another solid explains as well."""
+UNFITTED_TERM, DOUBTFUL_TERM = 0.7, 0.95
+"""Terms of an object without a solid, and of one whose solid is doubtful."""
 BUMP_SIGMAS, BUMP_SCALE = 11.0, 2.0
 """Height of an object in standard deviations of the support at which it is as likely a bump of the
 noise, and the width of the transition. Noise in blotches makes bumps of 8."""
@@ -156,7 +156,7 @@ def _contact_candidates(
 
 def _object_term(item: SceneObject, surface: ObjectSurface, scene: Scene) -> float:
     """Return the probability that there is an object, and that it is what its solids say."""
-    term = UNFITTED_TERM if not surface.fitted else AMBIGUOUS_TERM if item.fit.ambiguous else 1.0
+    term = UNFITTED_TERM if not surface.fitted else DOUBTFUL_TERM if item.doubtful else 1.0
     if scene.support is not None:
         top = float(np.percentile(scene.support.height(item.points), 95))
         noise = max(scene.support.tolerance, MIN_PLANE_NOISE)

@@ -131,14 +131,15 @@ def fit_superquadric(
         shares = _wrong_pixels(fit, free_space, options)
     if fit.superquadric is not None and origin is not None and fit.superquadric.contains(origin):
         fit = replace(fit, converged=False, reason="the camera would stand inside the solid")
-    fit = _check_free_space(fit, shares)
+    fit = _check_free_space(fit, shares, free_space)
     if options.max_parts > 1:
         if fit.vessel is None:
             divided = split_into_parts(fit, observation, options)
         else:
             divided = add_handle(fit, observation, options, finish_fit)
         if divided is not fit:
-            fit = _check_free_space(divided, _wrong_pixels(divided, free_space, options))
+            wrong = _wrong_pixels(divided, free_space, options)
+            fit = _check_free_space(divided, wrong, free_space)
     hidden_ends = occlusion_alternatives(fit, observation, options)
     return replace(
         fit,
@@ -203,11 +204,13 @@ def _may_be_hollow(shares: OutlineShares | None) -> bool:
     return shares.covered > MIN_HOLLOW_COVERED or shares.missed > MIN_HOLLOW_MISSED
 
 
-def _check_free_space(fit: SuperquadricFit, shares: OutlineShares | None) -> SuperquadricFit:
+def _check_free_space(
+    fit: SuperquadricFit, shares: OutlineShares | None, free_space: FreeSpace | None
+) -> SuperquadricFit:
     """Return the fit with its shares of pixels, not converged if it covers too much."""
-    if shares is None:
+    if shares is None or free_space is None:
         return fit
-    reason = fit.reason or check_covered_share(shares.covered)
+    reason = fit.reason or check_covered_share(shares.covered, free_space)
     return replace(
         fit,
         covered_share=shares.covered,

@@ -7,6 +7,9 @@ from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import KDTree
 
 from eyehand.errors import InputError
 
@@ -22,6 +25,10 @@ if TYPE_CHECKING:
 
 OCCLUDER_GAP = 0.01
 """A reading this much nearer than the object's edge belongs to an object in front, m."""
+STRAIGHT_PITCHES = 1.2
+"""Angle to the straight neighbours of a ray, in pitches. The diagonal ones are farther."""
+MIN_HOLE_RAYS = 4
+"""Minimum number of rays through a hole. Fewer are single pixels."""
 NEIGHBOURS = 4
 """Rays of the grid around a direction."""
 
@@ -83,6 +90,26 @@ class FreeSpace:
         inside = self.on_object[around].all(axis=1)
         in_front, _ = self.occluders
         return outside | in_front[around].any(axis=1) | inside
+
+    @cached_property
+    def hole_share(self) -> float:
+        """Number of rays through holes of the object over that of the rays on it, 0 without one.
+
+        A hole is a group of rays that meet something behind the object and are enclosed by it.
+        """
+        outside = np.flatnonzero(~self.on_object)
+        if not len(outside) or not self.on_object.any():
+            return 0.0
+        links = KDTree(self.rays[outside]).query_pairs(
+            STRAIGHT_PITCHES * self.pitch, output_type="ndarray"
+        )
+        graph = coo_array((np.ones(len(links)), links.T), shape=(len(outside), len(outside)))
+        count, group = connected_components(graph, directed=False)
+        sizes = np.bincount(group, minlength=count)
+        behind = (self.depth[outside] > 0) & ~self.occluders[0][outside]
+        is_hole = np.bincount(group, weights=behind, minlength=count) == sizes
+        is_hole &= (sizes >= MIN_HOLE_RAYS) & (sizes < sizes.max())
+        return float(sizes[is_hole].sum() / np.count_nonzero(self.on_object))
 
     @cached_property
     def occluders(self) -> tuple[NDArray[np.bool_], NDArray[np.float64]]:

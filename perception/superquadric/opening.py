@@ -18,7 +18,10 @@ if TYPE_CHECKING:
 SECTORS = 24
 """Sectors about the middle of the rim in which the highest points are searched."""
 SECTOR_RANK = 2
-"""The rim in a sector is its second highest point. The highest one has the most noise."""
+"""The top of a sector is its second highest point. The highest one has the most noise."""
+RIM_NOISE = 1.0
+"""The rim in a sector is the outermost point less than this below its top, in expected noise. A
+thick wall has a wide rim, whose highest point may lie anywhere on it."""
 ROUNDS = 2
 """Rounds in which rim and sectors follow each other. More rounds move the middle below 1 mm."""
 TRIMS = 2
@@ -42,14 +45,16 @@ MIN_DEPTH = 0.12
 """Minimum depth of a vessel below its rim over its diameter. A plate has less."""
 MIN_DEPTH_NOISE = 6.0
 """Minimum depth in expected noise."""
-INNER_SHARE = 0.8
-"""Share of the semi-axes of the rim within which all rays must enter the vessel."""
+INNER_SHARES = (0.8, 0.6, 0.45)
+"""Shares of the semi-axes of the rim within which all rays must enter the vessel: the first one
+that shows an opening counts. A thick wall leaves a narrow one."""
 MIN_ENTERED = 0.75
 """Minimum share of the readings through this inner ellipse that lie below the rim."""
 CELLS = 7
 """Cells across the inner ellipse in which readings are searched."""
-MIN_CELLS = 0.85
-"""Minimum share of cells with a reading on the object. Through a ring the support is seen."""
+MIN_CELLS = 0.6
+"""Minimum share of cells with a reading on the object, or through a ring on other surfaces. Between
+these surfaces readings are left out."""
 MAX_ASPECT = 2.0
 """Maximum ratio of the semi-axes of a rim."""
 ELLIPSE_GAIN = 2.0
@@ -66,6 +71,14 @@ class Opening(NamedTuple):
     """(N,) whether each point lies inside: its ray crosses the plane within the rim."""
     lid: NDArray[np.float64]
     """(K, 3) intersections of the rays of these points with the plane of the rim, m."""
+    inner_share: float
+    """Share of the semi-axes of the rim within which all rays enter."""
+    seen_through: NDArray[np.float64]
+    """(M, 3) points on other surfaces whose rays pass within this share, m."""
+    seen_lid: NDArray[np.float64]
+    """(M, 3) intersections of these rays with the plane of the rim, m."""
+    through_share: float
+    """Share of the cells of the inner ellipse in which these points are seen, 0-1."""
 
 
 class _Frame(NamedTuple):
@@ -99,11 +112,12 @@ def find_opening(
     view_origin: NDArray[np.float64],
     directions: Iterable[NDArray[np.float64]],
     noise: float,
+    beyond: NDArray[np.float64] | None = None,
 ) -> Opening | None:
-    """Return the opening of a vessel; None if the cloud shows none.
+    """Return the opening of a vessel or ring; None if the cloud shows none.
 
     The highest points along a direction must form an ellipse all around. The rays through this
-    ellipse must end clearly below it, and on the object.
+    ellipse must end clearly below it, on the object or beyond.
 
     Parameters
     ----------
@@ -115,9 +129,12 @@ def find_opening(
         Unit vectors (3,) near which the opening may point. The first one with an opening counts.
     noise
         Expected noise of the points, m.
+    beyond
+        (K, 3) points on other surfaces, m. Without them rings have no opening.
     """
+    beyond = np.zeros((0, 3)) if beyond is None else beyond
     for direction in directions:
-        opening = _find_along(points, view_origin, direction, noise)
+        opening = _find_along(points, view_origin, direction, noise, beyond)
         if opening is not None:
             return opening
     return None
@@ -128,6 +145,7 @@ def _find_along(
     view_origin: NDArray[np.float64],
     direction: NDArray[np.float64],
     noise: float,
+    beyond: NDArray[np.float64],
 ) -> Opening | None:
     frame = _frame(points, view_origin, direction)
     if frame.eye[2] <= frame.local[:, 2].max():
@@ -146,7 +164,8 @@ def _find_along(
     ring = _with_ellipse(ring)
     if not _is_ring(ring, noise):
         return None
-    return _entered(frame, ring, noise)
+    found = (_entered(frame, ring, noise, beyond, share) for share in INNER_SHARES)
+    return next((opening for opening in found if opening is not None), None)
 
 
 def _frame(
@@ -173,8 +192,15 @@ def _ring(local: NDArray[np.float64], middle: NDArray[np.float64], noise: float)
     offset = local[:, :2] - middle
     sector = np.floor((np.arctan2(offset[:, 1], offset[:, 0]) / (2 * np.pi) + 0.5) * SECTORS)
     order = np.lexsort((-local[:, 2], sector))
-    _, first, counts = np.unique(sector[order], return_index=True, return_counts=True)
-    highest = local[order[first[counts >= SECTOR_RANK] + SECTOR_RANK - 1]]
+    numbers, first, counts = np.unique(sector[order], return_index=True, return_counts=True)
+    kept = counts >= SECTOR_RANK
+    tops = np.full(SECTORS + 1, np.inf)
+    tops[numbers[kept].astype(int)] = local[order[first[kept] + SECTOR_RANK - 1], 2]
+    near_top = np.flatnonzero(local[:, 2] >= tops[sector.astype(int)] - RIM_NOISE * noise)
+    radii = np.linalg.norm(offset[near_top], axis=1)
+    order = near_top[np.lexsort((-radii, sector[near_top]))]
+    _, first = np.unique(sector[order], return_index=True)
+    highest = local[order[first]]
     if len(highest) < MIN_SECTORS * SECTORS:
         return None
     ring = _circle(highest)
@@ -258,48 +284,76 @@ def _is_ring(ring: _Ring, noise: float) -> bool:
     )
 
 
-def _entered(frame: _Frame, ring: _Ring, noise: float) -> Opening | None:
-    """Return the opening if the rays through the ring end below it."""
+def _entered(
+    frame: _Frame,
+    ring: _Ring,
+    noise: float,
+    beyond: NDArray[np.float64],
+    inner_share: float,
+) -> Opening | None:
+    """Return the opening if the rays through an inner share of the ring end below it."""
     height = float(np.median(ring.points[:, 2]))
     radius = float(np.mean(ring.semi_axes))
-    local, eye = frame.local, frame.eye
-    rise = eye[2] - height
+    eye = frame.eye
     away = float(np.linalg.norm(eye - np.append(ring.middle, height)))
-    if rise < MIN_VIEW_SINE * away:
+    if eye[2] - height < MIN_VIEW_SINE * away:
         return None
-    crossing = (
-        eye[:2]
-        + (local[:, :2] - eye[:2]) * (rise / np.maximum(eye[2] - local[:, 2], 1e-9))[:, None]
-    )
+    crossing = _crossings(frame.local, eye, height)
     scale = _ellipse_scale(ring, crossing)
-    below = height - local[:, 2]
+    below = height - frame.local[:, 2]
+    behind = beyond @ frame.axes.T
+    passing = _crossings(behind, eye, height)
+    seen = (_ellipse_scale(ring, passing) < inner_share) & (height - behind[:, 2] > 0.0)
+    inner = scale < inner_share
+    if not _fills(ring, np.vstack([crossing[inner], passing[seen]]), inner_share):
+        return None
+    depths = np.append(below[inner], height - behind[seen, 2])
+    if np.quantile(depths, 0.9) < max(2.0 * MIN_DEPTH * radius, MIN_DEPTH_NOISE * noise):
+        return None
     tolerance = 2.0 * noise
-    inner = scale < INNER_SHARE
-    if np.count_nonzero(inner) == 0 or not _fills(ring, crossing[inner]):
-        return None
-    depth = float(np.quantile(below[inner], 0.9))
-    if depth < max(2.0 * MIN_DEPTH * radius, MIN_DEPTH_NOISE * noise):
-        return None
-    if np.mean(below[inner] > tolerance) < MIN_ENTERED:
+    if np.mean(depths > tolerance) < MIN_ENTERED:
         return None
     inside = (scale < 1.0) & (below > tolerance)
-    lid = np.column_stack([crossing[inside], np.full(np.count_nonzero(inside), height)])
     c, s = np.cos(ring.angle), np.sin(ring.angle)
-    rim = Rim(
-        centre=np.append(ring.middle, height) @ frame.axes,
-        semi_axes=ring.semi_axes,
-        directions=np.array([[c, s, 0.0], [-s, c, 0.0]]) @ frame.axes,
+    return Opening(
+        rim=Rim(
+            centre=np.append(ring.middle, height) @ frame.axes,
+            semi_axes=ring.semi_axes,
+            directions=np.array([[c, s, 0.0], [-s, c, 0.0]]) @ frame.axes,
+        ),
+        inside=inside,
+        lid=_at_height(crossing[inside], height) @ frame.axes,
+        inner_share=inner_share,
+        seen_through=beyond[seen],
+        seen_lid=_at_height(passing[seen], height) @ frame.axes,
+        through_share=_cells(ring, passing[seen], inner_share),
     )
-    return Opening(rim, inside, lid @ frame.axes)
 
 
-def _fills(ring: _Ring, crossing: NDArray[np.float64]) -> bool:
+def _at_height(flat: NDArray[np.float64], height: float) -> NDArray[np.float64]:
+    return np.column_stack([flat, np.full(len(flat), height)])
+
+
+def _crossings(
+    local: NDArray[np.float64], eye: NDArray[np.float64], height: float
+) -> NDArray[np.float64]:
+    """Return where the rays to points (N, 3) cross a height, (N, 2), m."""
+    steps = (eye[2] - height) / np.maximum(eye[2] - local[:, 2], 1e-9)
+    return eye[:2] + (local[:, :2] - eye[:2]) * steps[:, None]
+
+
+def _fills(ring: _Ring, crossing: NDArray[np.float64], inner_share: float) -> bool:
     """Return whether crossings (K, 2) fill the inner ellipse."""
+    return _cells(ring, crossing, inner_share) >= MIN_CELLS
+
+
+def _cells(ring: _Ring, crossing: NDArray[np.float64], inner_share: float) -> float:
+    """Return the share of the cells of the inner ellipse that crossings (K, 2) meet, 0-1."""
     c, s = np.cos(ring.angle), np.sin(ring.angle)
-    unit = (crossing - ring.middle) @ np.array([[c, -s], [s, c]]) / (INNER_SHARE * ring.semi_axes)
+    unit = (crossing - ring.middle) @ np.array([[c, -s], [s, c]]) / (inner_share * ring.semi_axes)
     cells = np.clip(((unit + 1.0) / 2.0 * CELLS).astype(int), 0, CELLS - 1)
     middles = (np.arange(CELLS) + 0.5) / CELLS * 2.0 - 1.0
     in_ellipse = np.hypot(*np.meshgrid(middles, middles)) < 1.0
     filled = np.zeros((CELLS, CELLS), dtype=bool)
     filled[cells[:, 1], cells[:, 0]] = True
-    return bool(np.mean(filled[in_ellipse]) >= MIN_CELLS)
+    return float(np.mean(filled[in_ellipse]))

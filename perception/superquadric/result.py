@@ -87,7 +87,8 @@ class SuperquadricFit:
     """Solids of the object, largest first: one unless `max_parts` allows more and they are
     needed."""
     vessel: Vessel | None = None
-    """The object as a vessel, if the view shows its opening; `superquadric` is its outer solid."""
+    """The object as a vessel or ring, if the view shows its opening; `superquadric` is its outer
+    solid."""
     covered_share: float = 0.0
     """Share of the pixels of the solids that lie in space seen to be empty, 0-1; see
     :func:`covered_share`. It is 0 for clouds without a :class:`FreeSpace`."""

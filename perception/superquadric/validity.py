@@ -11,6 +11,7 @@ from .robust import robust_spread
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from .free_space import FreeSpace
     from .options import FitOptions
     from .parameters import ShapeParameters
     from .problem import FitProblem
@@ -158,14 +159,14 @@ def check_size(shape: ShapeParameters, problem: FitProblem, options: FitOptions)
     return ""
 
 
-def check_covered_share(share: float) -> str:
+def check_covered_share(share: float, free_space: FreeSpace) -> str:
     """Check the share of the pixels of a solid that lie in space seen to be empty."""
-    if share > MAX_COVERED_SHARE:
-        return (
-            f"{100 * share:.0f} % of the solid lies where the view shows empty space: is the "
-            "object hollow, bent or branched?"
-        )
-    return ""
+    if share <= MAX_COVERED_SHARE:
+        return ""
+    why = "is the object bent, branched or several objects?"
+    if free_space.hole_share > 0.0:
+        why = f"the object has a hole, {100 * free_space.hole_share:.0f} % of its pixels"
+    return f"{100 * share:.0f} % of the solid lies where the view shows empty space: {why}"
 
 
 def _principal(

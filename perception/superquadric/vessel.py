@@ -24,7 +24,7 @@ EDGE_SHARE = 0.05
 # Arrays have no truth value: equality is identity.
 @dataclass(frozen=True, eq=False)
 class Rim:
-    """The edge of an opening, a circle or an ellipse: the line of its highest points."""
+    """The edge of an opening, a circle or an ellipse: the outer line of its highest points."""
 
     centre: NDArray[np.float64]
     """(3,), m, in the frame of the solid."""
@@ -59,7 +59,8 @@ class Vessel:
     """A bowl, mug or cup: an outer solid with a cavity that is open at its rim.
 
     The cavity keeps the distance `wall` from the outer surface, floor included, up to the plane of
-    the rim. What lies above that plane does not belong to the vessel.
+    the rim. What lies above that plane does not belong to the vessel. A ring is a vessel without a
+    floor.
 
     Raises
     ------
@@ -73,6 +74,8 @@ class Vessel:
     """The edge of the opening, in the same frame."""
     wall: float | None = None
     """Thickness of the wall, m; None if the view does not resolve it."""
+    through: bool = False
+    """Whether the opening goes through: a ring, such as a roll of tape, without a floor."""
 
     def __post_init__(self) -> None:
         if self.wall is not None and not 0.0 < self.wall < float("inf"):
@@ -104,15 +107,31 @@ class Vessel:
         extent = float(self.outer.support(self.opening) + self.outer.support(-self.opening))
         return self.top_height - max(EDGE_SHARE * extent, self.drawn_wall)
 
+    @property
+    def foot_height(self) -> float:
+        """Height of the lower end of the outer solid above the plane of the rim, m: negative."""
+        return -float(self.outer.support(-self.opening) + self.rim.centre @ self.opening)
+
+    def _between_edges(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return points (…, 3) moved along the opening to where the walls are straight.
+
+        The outer solid is closed. Its walls continue straight from its edges.
+        """
+        heights = self.heights(points)
+        edge = self.edge_height
+        level = np.minimum(heights, edge)
+        if self.through:
+            lower = self.foot_height + (self.top_height - edge)
+            level = np.maximum(level, min(lower, edge))
+        return points - (heights - level)[..., None] * self.opening
+
     def cavity_distance(self, points: ArrayLike) -> NDArray[np.float64]:
         """Return the first-order distance (…,) of points (…, 3) from the walls of the cavity, m.
 
-        It is negative in the cavity. The cavity continues above the rim.
+        It is negative in the cavity. The cavity continues above the rim, and below a ring.
         """
         points = np.asarray(points, dtype=np.float64)
-        # The outer solid is closed. Its walls continue straight from below its edge.
-        sunk = np.maximum(self.heights(points) - self.edge_height, 0.0)
-        return self.outer.distance(points - sunk[..., None] * self.opening) + self.drawn_wall
+        return self.outer.distance(self._between_edges(points)) + self.drawn_wall
 
     def distance(self, points: ArrayLike) -> NDArray[np.float64]:
         """Return the first-order distance (…,) of points (…, 3) from the surface, m.
@@ -130,9 +149,9 @@ class Vessel:
         """
         points = np.asarray(points, dtype=np.float64)
         height, inner = self.heights(points), -self.cavity_distance(points)
-        sunk = np.maximum(height - self.edge_height, 0.0)[..., None] * self.opening
-        outwards = self.outer.normals(points - sunk)
-        outer = self.outer.distance(points - sunk)
+        between = self._between_edges(points)
+        outwards = self.outer.normals(between)
+        outer = self.outer.distance(between)
         sides = np.where((np.abs(inner) < np.abs(outer))[..., None], -outwards, outwards)
         at_rim = np.abs(height) < 0.5 * self.drawn_wall
         return np.where(at_rim[..., None], self.opening, sides)

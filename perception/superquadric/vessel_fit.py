@@ -22,7 +22,7 @@ from .model_selection import (
     criterion,
 )
 from .multi_start import SHORT_TOLERANCE, START_ITERATIONS
-from .opening import INNER_SHARE, Opening, find_opening
+from .opening import Opening, find_opening
 from .parameters import N_PARAMETERS, ShapeParameters
 from .problem import FitProblem, Observation, build_problem, parameter_bounds
 from .robust import log_square
@@ -39,8 +39,13 @@ if TYPE_CHECKING:
 RIM_PARAMETERS = 6
 """Parameters of a vessel besides its outer solid: middle (3) and semi-axes (2) of the rim, wall."""
 MAX_THROUGH = 0.05
-"""Maximum share of the rays into a vessel that end on other surfaces. Through a ring they see what
-lies behind it."""
+"""Maximum share of the opening of a vessel through which other surfaces are seen. More are seen
+through a ring."""
+FLOOR_QUANTILE = 0.25
+"""Share of the points inside, or seen through the opening, below the height of the floor ..."""
+MIN_FLOOR_NOISE, MIN_SEEN_NOISE = 1.0, 2.0
+"""... and a lower floor, in expected noise, is the support plane seen through a ring. The second is
+that of readings on other surfaces, because a ray has the smallest reading of its neighbours."""
 STARTS = ((0.1, 0.0), (0.1, 0.25), (0.4, 0.0), (0.4, 0.4), (0.8, 0.4))
 """Exponent along the axis and taper from which the outer solid is searched: mugs, tumblers, vases,
 bowls."""
@@ -55,8 +60,9 @@ MIN_EXPONENT = 0.05
 """Minimum exponent along the axis. Cups have sharper edges than boxes and cans."""
 WALL_BAND = (0.003, 0.02)
 """Depths below the rim between which the inner wall is compared with the outer surface, m."""
-MIN_WALL_SCALE = 0.7
-"""Points nearer to the axis than this share of the rim belong to the floor."""
+MIN_WALL_SCALE = 0.8
+"""Points nearer to the axis than this share of the part of the rim that all rays enter belong to
+the floor."""
 MIN_WALL_POINTS = 20
 """Minimum number of points of the inner wall."""
 RAY_STEPS = 6
@@ -107,9 +113,14 @@ def fit_vessel(
     points, origin = observation.cloud.points, observation.view_origin
     if origin is None:
         return None
-    opening = find_opening(points, origin, _directions(closed, observation), options.noise)
-    free_space = observation.free_space
-    if opening is None or (free_space is not None and _is_through(free_space, opening)):
+    opening = find_opening(
+        points,
+        origin,
+        _directions(closed, observation),
+        options.noise,
+        _other_surfaces(observation.free_space),
+    )
+    if opening is None:
         return None
     lidded = _with_lid(observation, opening)
     problem = build_problem(lidded, options)
@@ -121,7 +132,8 @@ def fit_vessel(
         return None
     inside = points[opening.inside]
     wall = _wall(fit.superquadric, opening, inside)
-    vessel = Vessel(fit.superquadric, opening.rim, wall)
+    through = _is_through(opening, inside, observation.plane, options.noise)
+    vessel = Vessel(fit.superquadric, opening.rim, wall, through)
     residuals = _residuals(vessel, points, opening.inside)
     if closed.superquadric is not None and not _pays(
         residuals, vessel, closed.superquadric, points, opening, options
@@ -159,13 +171,31 @@ def _closed(free_space: FreeSpace, opening: Opening) -> FreeSpace:
     return replace(free_space, depth=depth)
 
 
-def _is_through(free_space: FreeSpace, opening: Opening) -> bool:
-    """Return whether rays through the opening end on other surfaces, as those through a ring."""
-    distance, scale = _crossings(free_space, opening)
-    entering = (scale < INNER_SHARE) & (free_space.depth > distance)
-    if not entering.any():
-        return False
-    return bool(np.mean(~free_space.on_object[entering]) > MAX_THROUGH)
+def _other_surfaces(free_space: FreeSpace | None) -> NDArray[np.float64]:
+    """Return the points (K, 3) at which rays meet other surfaces than the object, m."""
+    if free_space is None:
+        return np.zeros((0, 3))
+    other = (free_space.depth > 0.0) & ~free_space.on_object
+    return free_space.origin + free_space.depth[other, None] * free_space.rays[other]
+
+
+def _is_through(
+    opening: Opening,
+    inside: NDArray[np.float64],
+    plane: NDArray[np.float64] | None,
+    noise: float,
+) -> bool:
+    """Return whether the opening is that of a ring: the support plane is seen in it.
+
+    The floor of a vessel is higher. The segmentation may count it as another surface.
+    """
+    seen_through = opening.through_share > MAX_THROUGH
+    points = opening.seen_through if seen_through else inside
+    limit = MIN_SEEN_NOISE if seen_through else MIN_FLOOR_NOISE
+    if plane is None or not len(points):
+        return seen_through
+    floor = float(np.quantile(points @ plane[:3] + plane[3], FLOOR_QUANTILE))
+    return floor < limit * noise
 
 
 def _crossings(
@@ -300,7 +330,7 @@ def _wall(outer: Superquadric, opening: Opening, inside: NDArray[np.float64]) ->
     rim = opening.rim
     below = (rim.centre - inside) @ rim.opening
     points = inside[(below > WALL_BAND[0]) & (below < WALL_BAND[1])]
-    points = points[rim.scale(points) > MIN_WALL_SCALE]
+    points = points[rim.scale(points) > MIN_WALL_SCALE * opening.inner_share]
     if len(points) < MIN_WALL_POINTS:
         return None
     depth = -outer.distance(points)
@@ -328,17 +358,29 @@ def _pays(
 ) -> bool:
     """Return whether a vessel explains all points better than a closed solid.
 
-    The points inside may lie on the far side of a closed solid. The view refutes that: their
-    residual is the length of their rays in the solid, from the plane of the rim.
+    The points inside may lie on the far side of a closed solid, and those seen through a ring
+    behind it. The view refutes that: their residual is the length of their rays in the solid, from
+    the plane of the rim.
     """
     closed_residuals = np.abs(closed.distance(points))
-    inside, lid = points[opening.inside], opening.lid
-    steps = (np.arange(RAY_STEPS) + 0.5) / RAY_STEPS
-    samples = lid[:, None] + steps[:, None] * (inside - lid)[:, None]
-    length = closed.contains(samples).mean(axis=1) * np.linalg.norm(inside - lid, axis=1)
-    closed_residuals[opening.inside] = np.maximum(closed_residuals[opening.inside], length)
+    inside = np.flatnonzero(opening.inside)
+    lengths = _lengths_inside(closed, opening.lid, points[inside])
+    closed_residuals[inside] = np.maximum(closed_residuals[inside], lengths)
+    behind = _lengths_inside(closed, opening.seen_lid, opening.seen_through)
+    closed_residuals = np.append(closed_residuals, behind)
+    residuals = np.append(residuals, np.zeros(len(behind)))
+    points = np.vstack([points, opening.seen_through])
     order = np.random.default_rng(options.seed).permutation(len(points))
     count = effective_sample_size(points[order], residuals[order])
     gain = log_square(closed_residuals, options.noise) - log_square(residuals, options.noise)
     more = vessel.outer.parameter_count + RIM_PARAMETERS - closed.parameter_count
     return count * gain > more * float(np.log(count))
+
+
+def _lengths_inside(
+    solid: Superquadric, starts: NDArray[np.float64], ends: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return the lengths (K,) of segments between points (K, 3) inside a solid, m."""
+    steps = (np.arange(RAY_STEPS) + 0.5) / RAY_STEPS
+    samples = starts[:, None] + steps[:, None] * (ends - starts)[:, None]
+    return solid.contains(samples).mean(axis=1) * np.linalg.norm(ends - starts, axis=1)

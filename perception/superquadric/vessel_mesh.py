@@ -25,7 +25,7 @@ no radius."""
 def vessel_mesh(
     vessel: Vessel, resolution: int = 32
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Return a closed triangle mesh of a vessel, in its frame.
+    """Return a closed triangle mesh of a vessel or ring, in its frame.
 
     Parameters
     ----------
@@ -48,10 +48,10 @@ def vessel_mesh(
         raise InputError(f"mesh resolution must be >= 8, got {resolution}")
     rows = resolution // 2
     up, top = vessel.opening, vessel.top_height
-    foot = -float(vessel.outer.support(-up)) - float(vessel.rim.centre @ up)
+    foot = vessel.foot_height
     shares = 0.5 - 0.5 * np.cos(np.pi * np.linspace(FIRST_ROW**0.5, 1.0, rows))
     outside = foot + (top - foot) * shares
-    floor = min(foot + vessel.drawn_wall, 0.5 * (foot + top))
+    floor = foot if vessel.through else min(foot + vessel.drawn_wall, 0.5 * (foot + top))
     inside = floor + (top - floor) * shares[::-1]
     axis = vessel.outer.centre - float(vessel.heights(vessel.outer.centre)) * up
     turn = np.linspace(0.0, 2.0 * np.pi, resolution, endpoint=False)
@@ -63,9 +63,11 @@ def vessel_mesh(
         _rings(vessel.outer.distance, axis, up, level, around, reach, outside),
         _rings(vessel.cavity_distance, axis, up, inside, around, reach, inside),
     ]
+    rings = np.concatenate([grid.reshape(-1, 3) for grid in grids])
+    if vessel.through:
+        return rings, _faces(2 * rows, resolution, closed=True)
     ends = np.array([axis + foot * up, axis + floor * up])
-    vertices = np.concatenate([*(grid.reshape(-1, 3) for grid in grids), ends])
-    return vertices, _faces(2 * rows, resolution)
+    return np.concatenate([rings, ends]), _faces(2 * rows, resolution, closed=False)
 
 
 def _rings(
@@ -91,20 +93,31 @@ def _rings(
     return (axis + heights[:, None] * up)[:, None] + (0.5 * (low + high))[..., None] * around
 
 
-def _faces(rows: int, columns: int) -> NDArray[np.int64]:
-    """Return the faces of a grid that closes around, with fans to the two last vertices."""
-    row, column = np.meshgrid(np.arange(rows - 1), np.arange(columns), indexing="ij")
+def _faces(rows: int, columns: int, *, closed: bool) -> NDArray[np.int64]:
+    """Return the faces of a grid of rings.
+
+    A closed grid joins its last ring to its first one, as that of a ring. The ends of another one
+    are fans to the two last vertices.
+    """
+    joined = rows if closed else rows - 1
+    row, column = np.meshgrid(np.arange(joined), np.arange(columns), indexing="ij")
     following = (column + 1) % columns
     a, b = row * columns + column, row * columns + following
-    c, d = a + columns, b + columns
+    below = (row + 1) % rows * columns
+    c, d = below + column, below + following
+    sides = [
+        np.stack([a, b, d], -1).reshape(-1, 3),
+        np.stack([a, d, c], -1).reshape(-1, 3),
+    ]
+    if closed:
+        return np.concatenate(sides)
     around = np.arange(columns)
     after = (around + 1) % columns
     foot, floor = rows * columns, rows * columns + 1
     last = (rows - 1) * columns
     return np.concatenate(
         [
-            np.stack([a, b, d], -1).reshape(-1, 3),
-            np.stack([a, d, c], -1).reshape(-1, 3),
+            *sides,
             np.stack([np.full(columns, foot), after, around], -1),
             np.stack([np.full(columns, floor), last + around, last + after], -1),
         ]

@@ -9,6 +9,7 @@ from scipy.spatial.transform import RigidTransform, Rotation
 from eyehand.errors import InputError
 from eyehand.perception import FreeSpace, Superquadric, fit_superquadric
 from eyehand.perception.superquadric import covered_share, outline_shares, sample_surface
+from eyehand.perception.superquadric.validity import check_covered_share
 
 SIDE = 35
 
@@ -127,3 +128,25 @@ def test_constrained_fit_states_a_doubt():
     assert replace(fit, constrained=True).outline_differs
     assert replace(fit, missed_share=0.2).outline_differs
     assert replace(fit, covered_share=0.05).outline_differs
+
+
+def test_hole_is_seen_through_and_said():
+    radius = np.linalg.norm(view(0.7).rays[:, :2], axis=1)
+    ring = (radius > 0.05) & (radius < 0.13)
+    seen_through = view(np.where(ring, 0.6, 0.8), ring)
+    expected = np.count_nonzero(radius <= 0.05) / np.count_nonzero(ring)
+    assert seen_through.hole_share == pytest.approx(expected)
+    assert "has a hole" in check_covered_share(0.3, seen_through)
+    assert check_covered_share(0.05, seen_through) == ""
+
+
+@pytest.mark.parametrize("inner_depth", [0.0, 0.5, 0.6])
+def test_no_hole_without_a_reading_behind_the_object(inner_depth):
+    radius = np.linalg.norm(view(0.7).rays[:, :2], axis=1)
+    ring = (radius > 0.05) & (radius < 0.13)
+    depth = np.where(ring, 0.6, np.where(radius < 0.09, inner_depth, 0.8))
+    filled = ring | ((radius < 0.09) & (inner_depth == 0.6))
+    closed = view(depth, filled)
+    assert closed.hole_share == 0.0
+    assert "bent, branched" in check_covered_share(0.3, closed)
+    assert view(0.7).hole_share == 0.0

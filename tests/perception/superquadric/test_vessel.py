@@ -9,7 +9,15 @@ from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.apps.fitting.bench.clouds import fit_case
 from eyehand.errors import InputError
-from eyehand.perception import Superquadric, SuperquadricFit, fit_superquadric
+from eyehand.perception import (
+    CameraIntrinsics,
+    DepthFrame,
+    Superquadric,
+    SuperquadricFit,
+    SupportPlane,
+    fit_region,
+    fit_superquadric,
+)
 from eyehand.perception.superquadric import Rim, Vessel, vessel_mesh
 from eyehand.perception.superquadric.opening import find_opening
 
@@ -67,7 +75,9 @@ def cup_fit(elevation_deg: float, lower_radius: float = RADIUS) -> SuperquadricF
     return fit_superquadric(points, view_origin=camera(elevation_deg), support_plane=TABLE)
 
 
-def cylinder_vessel(wall: float | None = WALL, turn: float = 0.0) -> Vessel:
+def cylinder_vessel(
+    wall: float | None = WALL, turn: float = 0.0, *, through: bool = False
+) -> Vessel:
     """Return a cylindrical cup of RADIUS and HEIGHT with its foot at the origin, then turned."""
     pose = RigidTransform.from_rotation(Rotation.from_rotvec([turn, 0.0, 0.0]))
     place = pose * RigidTransform.from_translation([0.0, 0.0, HEIGHT / 2])
@@ -75,7 +85,7 @@ def cylinder_vessel(wall: float | None = WALL, turn: float = 0.0) -> Vessel:
     axes = pose.rotation.as_matrix()
     middle = RADIUS - (wall or 0.0) / 2
     rim = Rim(HEIGHT * axes[:, 2], np.array([middle, middle]), axes[:, :2].T)
-    return Vessel(outer, rim, wall)
+    return Vessel(outer, rim, wall, through)
 
 
 @pytest.mark.parametrize("elevation_deg", [25.0, 40.0, 60.0, 80.0])
@@ -166,6 +176,68 @@ def test_mesh_is_closed_and_has_the_volume_of_the_wall():
     assert vessel.volume == pytest.approx(expected, rel=0.05)
     assert np.abs(vessel.distance(vertices)).max() < 0.0015
     assert vertices[:, 2].max() == pytest.approx(HEIGHT, abs=1e-4)
+
+
+def test_ring_has_no_floor():
+    ring = cylinder_vessel(through=True)
+    points = [[0, 0, WALL / 2], [RADIUS - WALL / 2, 0, WALL / 2], [0, 0, -0.01]]
+    assert ring.contains(points).tolist() == [False, True, False]
+    inner = RADIUS - WALL
+    near_foot = [[inner - 0.001, 0, 0.002], [inner + 0.001, 0, 0.002]]
+    assert (ring.cavity_distance(near_foot) < 0.0).tolist() == [True, False]
+    vertices, faces = vessel_mesh(ring, 64)
+    edges = np.sort(faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+    _, counts = np.unique(edges, axis=0, return_counts=True)
+    assert np.all(counts == 2)
+    assert ring.volume == pytest.approx(np.pi * (RADIUS**2 - inner**2) * HEIGHT, rel=0.05)
+    assert np.linalg.norm(vertices[:, :2], axis=1).min() > inner - 0.001
+
+
+def rendered_cup(wall: float, height: float, floor: float, elevation_deg: float) -> SuperquadricFit:
+    """Fit a cup or ring of RADIUS in a depth image, with the table behind it."""
+    eye = camera(elevation_deg)
+    view = np.array([0.0, 0.0, height / 2]) - eye
+    view /= np.linalg.norm(view)
+    across = np.array([1.0, 0.0, 0.0])
+    axes = RigidTransform.from_components(
+        eye, Rotation.from_matrix(np.column_stack([across, np.cross(view, across), view]))
+    )
+    intrinsics = CameraIntrinsics(420.0, 420.0, 79.5, 79.5, 160, 160)
+    rays = intrinsics.rays().reshape(-1, 3) @ axes.rotation.as_matrix().T
+    first = -eye[2] / rays[:, 2]
+    labels = np.zeros(len(rays), dtype=np.int32)
+    for depth in np.arange(0.7, 0.5, -0.001):
+        x, y, z = (eye + depth * rays).T
+        radius = np.hypot(x, y)
+        material = (radius <= RADIUS) & (z >= 0.001) & (z <= height)
+        material &= (radius >= RADIUS - wall) | (z <= floor)
+        first[material], labels[material] = depth, 1
+    noisy = first + np.random.default_rng(1).normal(0.0, NOISE, len(rays))
+    shape = (intrinsics.height, intrinsics.width)
+    frame = DepthFrame(noisy.reshape(shape).astype(np.float32), intrinsics, axes)
+    table = SupportPlane(TABLE[:3], 0.0).moved(axes.inv())
+    return fit_region(frame, labels.reshape(shape), 1, table)[0]
+
+
+@pytest.mark.parametrize("elevation_deg", [40.0, 55.0, 70.0])
+def test_ring_is_said_to_be_one(elevation_deg):
+    fit = rendered_cup(0.012, 0.03, 0.0, elevation_deg)
+    assert fit
+    assert fit.superquadric is not None
+    assert fit.vessel is not None
+    assert fit.vessel.through
+    assert fit.superquadric.semi_axes[0] == pytest.approx(RADIUS, abs=0.002)
+    assert fit.covered_share < 0.03
+
+
+@pytest.mark.parametrize("share", [0.1, 0.3, 0.4, 0.45, 0.5])
+def test_cup_of_any_wall_is_a_vessel(share):
+    fit = rendered_cup(share * RADIUS, 0.07, 0.006, 45.0)
+    assert fit
+    assert fit.superquadric is not None
+    assert fit.vessel is not None
+    assert not fit.vessel.through
+    assert fit.superquadric.semi_axes[0] == pytest.approx(RADIUS, abs=0.002)
 
 
 def test_rim_points_lie_on_the_ellipse():
