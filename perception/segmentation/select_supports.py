@@ -31,6 +31,11 @@ MIN_GAP = 0.2
 """Minimum distance between boards, m."""
 MIN_FIRST_AREA = 0.015
 """Minimum visible area of the first support, m²: a sheet of 0.15 x 0.10 m."""
+MIN_STACK = 0.1
+"""Minimum distance between a small board and the best plane, m. A box that overhangs the one below
+it also has an open space below its edge, but its top is lower."""
+MIN_OPEN_AREA = 0.006
+"""The same for a plane with an open space below its front edge. Objects may cover most of it."""
 MIN_RIVAL_SCORE = 0.3
 """Minimum score, relative to the best one, of a plane that can take the place of the best one."""
 MIN_BOARD_SCORE = 0.05
@@ -59,6 +64,7 @@ def select_supports(supports: list[Support], image: WorkingImage) -> list[Suppor
     boards = [
         len(parallel) > 1
         and one.score >= MIN_BOARD_SCORE * best
+        and (one is supports[0] or _is_apart(one, supports[0]))
         and open_share(one.plane, one.hull, one.axes, image) >= MIN_OPEN
         for one in parallel
     ]
@@ -113,8 +119,14 @@ def further_boards(
         if known or open_share(plane, hull, best.axes, image) < MIN_OPEN:
             continue
         board = locate_support(plane, float(median(points[:, 2])), image)
-        if board is None or board.area < MIN_FIRST_AREA:
+        if board is None or board.area < MIN_OPEN_AREA or not _is_apart(board, best):
             continue
         if board.score >= MIN_BOARD_SCORE * best.score:
             boards.append(board)
     return boards
+
+
+def _is_apart(board: Support, best: Support) -> bool:
+    """Return whether a plane is too large, or too far from the best one, for the top of a stack."""
+    gap = abs(board.plane.offset - best.plane.offset)
+    return gap >= MIN_STACK or board.area >= MIN_AREA
