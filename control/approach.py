@@ -10,6 +10,8 @@ import numpy as np
 
 from eyehand.errors import InputError
 
+from .array_checks import checked_array
+from .braking_kernels import brake_command
 from .cycle import ControlCycle
 from .options import ControlOptions
 from .repulsion import require_stable
@@ -28,10 +30,10 @@ if TYPE_CHECKING:
     from .robot_state import RobotState
     from .tasks.task import Task
 
-Status = Literal["moving", "reached", "stuck", "infeasible"]
+Status = Literal["moving", "reached", "stuck", "infeasible", "stopped"]
 """Status of a motion. ``stuck``: safe, but without progress. ``infeasible``: not all safety bounds
-can be satisfied."""
-Phase = Literal["approach", "retreat", "path"]
+can be satisfied. ``stopped``: at standstill after :meth:`ApproachController.stop`."""
+Phase = Literal["approach", "retreat", "path", "stop"]
 """Phase of a motion. A stuck motion retreats before it tries again, or follows a planned path."""
 
 AT_RETREAT_GOAL = 0.1
@@ -77,11 +79,15 @@ class ControlStep:
     """Names of the active constraints of the safety level, strongest first."""
 
     def __bool__(self) -> bool:
-        return self.status in ("moving", "reached")
+        return self.status in ("moving", "reached", "stopped")
 
 
 class ApproachController:
     """Drive a robot to a stack of tasks among obstacles, with one call per control cycle.
+
+    The commands keep the limits of speed, acceleration and jerk of the robot. The arm can always
+    brake within them before a joint limit or an obstacle (:mod:`braking_kernels`). The controller
+    starts at standstill, and remembers its last command.
 
     Parameters
     ----------
@@ -91,6 +97,8 @@ class ApproachController:
         Highest priority first.
     options
         See :class:`ControlOptions`.
+    instant
+        Whether joints may change their velocity at once, as in a simulation of poses only.
 
     Raises
     ------
@@ -100,7 +108,12 @@ class ApproachController:
     """
 
     def __init__(
-        self, world: CollisionWorld, tasks: Sequence[Task], options: ControlOptions | None = None
+        self,
+        world: CollisionWorld,
+        tasks: Sequence[Task],
+        options: ControlOptions | None = None,
+        *,
+        instant: bool = False,
     ) -> None:
         self.world = world
         self.robot = world.robot
@@ -108,7 +121,9 @@ class ApproachController:
         self._counted = counted(self._tasks)
         self._options = options or ControlOptions()
         require_stable(self.options, _lever(self.robot.at(self.robot.home)))
+        self._instant = instant
         self._cycles: dict[int, ControlCycle] = {}
+        self._last = np.zeros((2, self.robot.n))
         self.restart()
 
     @property
@@ -127,8 +142,36 @@ class ApproachController:
         self._retreats = 0
         self._begin()
 
+    @property
+    def velocity(self) -> NDArray[np.float64]:
+        """Velocity (n,) of the last command, rad/s, from which the next one continues."""
+        return self._last[0].copy()
+
+    @property
+    def acceleration(self) -> NDArray[np.float64]:
+        """Acceleration (n,) of the last command, rad/s²."""
+        return self._last[1].copy()
+
+    def resume(
+        self, velocity: NDArray[np.float64], acceleration: NDArray[np.float64] | None = None
+    ) -> None:
+        """Continue from the velocity (n,), rad/s, and acceleration (n,), of another controller.
+
+        Raises
+        ------
+        InputError
+            If they are not n finite numbers.
+        """
+        last = np.zeros((2, self.robot.n))
+        last[0] = checked_array("velocity", velocity, (self.robot.n,))
+        if acceleration is not None:
+            last[1] = checked_array("acceleration", acceleration, (self.robot.n,))
+        self._last = last
+
     def step(self, q: NDArray[np.float64]) -> ControlStep:
         """Return the joint velocities for joint positions q (n,), and advance time by one period.
+
+        The robot is assumed to hold the velocity for one period.
 
         Raises
         ------
@@ -138,10 +181,10 @@ class ApproachController:
         motion = self._motion(q)
         velocity = motion.velocity
         phase, errors, blocking = self._phase, motion.errors, motion.blocking
+        self._commit(velocity)
         if phase == "retreat":
             left, *rest = errors
             errors = tuple(rest)
-            velocity = self._limit_hand_speed(q, motion)
             self._update_retreat(left, motion.feasible)
         status, reason = "moving", ""
         if not motion.feasible:
@@ -151,6 +194,32 @@ class ApproachController:
             status, reason = self._judge(q, motion)
         return ControlStep(
             velocity, status, reason, phase, errors, motion.clearance, motion.beta, blocking
+        )
+
+    def stop(self, q: NDArray[np.float64]) -> ControlStep:
+        """Return joint velocities (n,) that brake within the limits, and advance one period.
+
+        Call it in every cycle until the status is ``stopped``. The next :meth:`step` continues the
+        motion. If no obstacle moves, the arm stands still before it comes nearer than the margin.
+
+        Raises
+        ------
+        InputError
+            If q has another shape, or is not finite.
+        """
+        state = self.robot.at(q)
+        proximity = self.world.proximity(state.q)
+        velocity = brake_command(self._last, self.robot.limits(), self.options.dt)
+        self._commit(velocity)
+        return ControlStep(
+            velocity,
+            "moving" if np.any(velocity) else "stopped",
+            "",
+            "stop",
+            tuple(task.at(state).unmet for task in self.tasks),
+            float(proximity.distance.min(initial=float("inf"))),
+            (0.0,) * len(self.tasks),
+            (),
         )
 
     def _begin(self) -> None:
@@ -164,26 +233,28 @@ class ApproachController:
         number = self._retreats if self._phase == "retreat" else 0
         cycle = self._cycles.get(number)
         if cycle is None:
-            tasks, watched = self.tasks, ()
             if number:
                 configurations = retreat_configurations(self.robot)
                 configuration = configurations[(number - 1) % len(configurations)]
-                watched = self.tasks
-                tasks = (Posture(configuration, speed=RETREAT_SPEED),)
-            cycle = ControlCycle(self.world, tasks, self.options, watched)
+                tasks, watched = (Posture(configuration, speed=RETREAT_SPEED),), self.tasks
+                frame_speed = RETREAT_HAND_SPEED
+            else:
+                tasks, watched, frame_speed = self.tasks, (), np.inf
+            cycle = ControlCycle(
+                self.world,
+                tasks,
+                self.options,
+                watched,
+                frame_speed=frame_speed,
+                instant=self._instant,
+            )
             self._cycles[number] = cycle
-        return cycle.at(q)
+        return cycle.at(q, self._last)
 
-    def _limit_hand_speed(self, q: NDArray[np.float64], motion: CycleResult) -> NDArray[np.float64]:
-        """Return the velocity (n,) of a retreat, rad/s, with the frame within its speed limit.
-
-        A slower motion satisfies all bounds that standing still satisfies. Inside the margin
-        standing still does not satisfy them, so the velocity is not limited there.
-        """
-        hand = float(np.linalg.norm(self.robot.at(q).jacobian[:3] @ motion.velocity))
-        if motion.clearance < self.options.margin or hand <= RETREAT_HAND_SPEED:
-            return motion.velocity
-        return motion.velocity * (RETREAT_HAND_SPEED / hand)
+    def _commit(self, velocity: NDArray[np.float64]) -> None:
+        """Remember the command of this cycle."""
+        last = self._last
+        self._last = np.array([velocity, (velocity - last[0]) / self.options.dt])
 
     def _judge(self, q: NDArray[np.float64], motion: CycleResult) -> tuple[Status, str]:
         errors = tuple([motion.errors[index] for index in self._counted])

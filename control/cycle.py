@@ -41,6 +41,10 @@ class ControlCycle:
         See :class:`ControlOptions`.
     watched
         Tasks of which only the errors are computed.
+    frame_speed
+        Speed limit of the controlled frame in the nominal motion, m/s.
+    instant
+        Whether joints may change their velocity at once, without limits of acceleration and jerk.
     """
 
     def __init__(
@@ -49,40 +53,51 @@ class ControlCycle:
         tasks: Sequence[Task],
         options: ControlOptions,
         watched: Sequence[Task] = (),
+        *,
+        frame_speed: float = np.inf,
+        instant: bool = False,
     ) -> None:
         self.world = world
         self.tasks = tuple(tasks)
         self.watched = tuple(watched)
         self.options = options
+        self.frame_speed = frame_speed
+        self.instant = instant
         self._robot = robot = world.robot
         self._arguments: tuple = ()
         packed = pack_tasks((*tasks, *watched), robot.n)
         if packed is None:
             return
         self._count, self._driven = len(packed), len(tasks)
-        limits = np.column_stack([robot.lower, robot.upper, robot.speed])
+        limits = robot.limits(instant=instant)
         self._report = np.zeros(1 + 2 * len(packed) + 2 * robot.n)
         ranges = robot.lower.tolist(), robot.upper.tolist()
         self._joints = list(zip(robot.joint_names, *ranges, strict=True))
-        self._fixed_arguments = (self._report, packed, len(tasks), pack_options(options), limits)
+        options_row = pack_options(options, frame_speed)
+        self._fixed_arguments = (self._report, packed, len(tasks), options_row, limits)
         self._bind(world.tables)
 
-    def at(self, q: NDArray[np.float64]) -> CycleResult:
+    def at(self, q: NDArray[np.float64], motion: NDArray[np.float64]) -> CycleResult:
         """Return the motion at joint positions q (n,).
+
+        ``motion`` (2, n) is the velocity of the last command, and its acceleration.
 
         Raises
         ------
         InputError
             If q is not n finite numbers, or a task is not finite.
         """
-        result = self.compiled(q)
-        return self.in_steps(q) if result is None else result
+        result = self.compiled(q, motion)
+        return self.in_steps(q, motion) if result is None else result
 
-    def in_steps(self, q: NDArray[np.float64]) -> CycleResult:
+    def in_steps(self, q: NDArray[np.float64], motion: NDArray[np.float64]) -> CycleResult:
         """Return the motion at joint positions q (n,), computed step by step."""
-        return motion_in_steps(self.world, q, self.tasks, self.options, self.watched)
+        last = None if self.instant else motion
+        return motion_in_steps(
+            self.world, q, self.tasks, self.options, self.watched, last, self.frame_speed
+        )
 
-    def compiled(self, q: NDArray[np.float64]) -> CycleResult | None:
+    def compiled(self, q: NDArray[np.float64], motion: NDArray[np.float64]) -> CycleResult | None:
         """Return the motion at joint positions q (n,), or None if the kernel has no result.
 
         Raises
@@ -97,7 +112,7 @@ class ControlCycle:
         if tables is not self._tables:
             self._bind(tables)
         velocity = np.empty(len(q))
-        active = control_cycle(q, velocity, *self._arguments)
+        active = control_cycle(q, motion, velocity, *self._arguments)
         if active < 0:
             return None
         report, count = self._report.tolist(), self._count

@@ -13,14 +13,24 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numba import njit
 
+from .braking_kernels import Brake, advance_of, joint_bounds
+from .distance_bounds import (
+    Chain,
+    DistanceBounds,
+    bounds_at_stop,
+    bounds_now,
+    distance_rows,
+    is_moving,
+    relevant_distance,
+)
 from .kinematics_kernels import point_jacobian, set_posture
-from .packed_options import CENTRING, SAFETY
-from .proximity_kernels import NEAR_COLUMNS, distance_row, measure_near, update_held_geoms
+from .packed_options import CENTRING, FRAME_SPEED, SAFETY
+from .proximity_kernels import NEAR_COLUMNS, measure_near, update_held_geoms
 from .proximity_tables import World
 from .qp_kernels import solve_qp
 from .relaxation import relax
 from .repulsion import limit_gradient, repel
-from .safety_kernels import SafetyRows, deviation_cost, joint_bounds, min_distance_rate, satisfies
+from .safety_kernels import SafetyRows, deviation_cost, satisfies
 from .stack_kernels import Levels, solve_levels
 from .tasks.joint_centring import centring_slope
 from .tasks.kernel_task import TASK_ROWS, Frame, Output
@@ -31,6 +41,8 @@ if TYPE_CHECKING:
 
 UNSETTLED = -1
 """Return value of the kernel if the cycle has to be computed step by step."""
+RECOVERIES = (0.5, 0.2, 0.0)
+"""Fractions of the recovery speed that are tried if the whole is not possible."""
 CENTRING_POWER = 4.0
 """Power p of the cost that keeps joints near the middle of their ranges (eq. 5), even. A higher
 power acts less near the middle, and more near the limits."""
@@ -50,6 +62,7 @@ class Stack(NamedTuple):
 @njit(cache=True)
 def control_cycle(
     q,
+    motion,
     velocity,
     report,
     tasks,
@@ -72,7 +85,7 @@ def control_cycle(
     joints,
     moves,
     shapes,
-    motion,
+    twists,
     pairs,
     held,
     spheres,
@@ -91,6 +104,8 @@ def control_cycle(
     ----------
     q
         (n,), finite.
+    motion
+        (2, n): velocity of the last command, and its acceleration.
     velocity
         (n,), to be filled, rad/s.
     report
@@ -99,7 +114,7 @@ def control_cycle(
     tasks, driven, options
         See :class:`Stack`.
     limits
-        (n, 3): lower and upper joint limits, joint speeds.
+        (n, 5): lower and upper joint limits, joint speeds, accelerations and jerks.
     origin, frame_axes, frame_moves
         Of the controlled frame: views (3,) and (9,) of the data; whether each joint moves it, (n,).
     model to cut_off
@@ -110,47 +125,109 @@ def control_cycle(
     Number of active bounds, or UNSETTLED.
     """
     n = len(q)
+    chain = Chain(pairs, anchors, axes, joints, moves, twists)
     set_posture(model, data, q, qpos, joints[:, 0])
     # One block for many vectors, because an allocation takes longer than most steps below.
-    block = np.zeros((17, n))
+    block = np.zeros((20, n))
     point_jacobian(origin, joints[:, 1], joints[:, 2], frame_moves, anchors, axes, block[:6])
     frame = Frame(q, limits, origin, frame_axes, block[:6], block[6:12])
     world = World(model, data, positions, matrices, sizes, shapes, probe, sharpness, cut_off)
     near = np.empty((len(pairs), NEAR_COLUMNS))
     update_held_geoms(held, body_positions, body_axes, positions, matrices)
-    count = measure_near(near, world, pairs, covers, spheres)
-    near = near[:count]
-    rows, min_rates = np.empty((count, n)), np.empty(count)
-    for row in range(count):
-        pair = pairs[int(near[row, 0])]
-        drift = distance_row(near[row], pair, anchors, axes, joints, moves, motion, rows[row])
-        min_rates[row] = min_distance_rate(near[row, 1], drift, options, True)
-    clearance = np.inf
-    for row in range(count):
-        clearance = min(clearance, near[row, 1])
-    report[0] = clearance
+    near = near[: measure_near(near, world, pairs, covers, spheres)]
+    rows, drifts = np.empty((len(pairs), n)), np.empty(len(pairs))
+    distance_rows(near, chain, rows, drifts)
+    report[0] = np.inf
+    for row in range(len(near)):
+        report[0] = min(report[0], near[row, 1])
     nominal = block[14]
     levels = _nominal_motion(
-        Stack(tasks, driven, options), frame, near[:, 1], rows, block[12:14], nominal, report
+        Stack(tasks, driven, options),
+        frame,
+        near[:, 1],
+        rows[: len(near)],
+        block[12:14],
+        nominal,
+        report,
     )
     if levels.sizes[0] == MISFIT:
         return UNSETTLED
+    limit_frame_speed(nominal, frame.jacobian, options[FRAME_SPEED])
     errors = report[1 : 1 + len(tasks)]
-    if not math.isfinite(
-        nominal.sum() + errors.sum() + min_rates.sum() + near[:, 1].sum() + rows.sum()
-    ):
+    finite = nominal.sum() + errors.sum() + near[:, 1].sum()
+    if not math.isfinite(finite + rows[: len(near)].sum() + drifts[: len(near)].sum()):
         return UNSETTLED
+    low, high = block[15], block[16]
+    braking = Brake(block[17], block[18], block[19])
+    joint_bounds(q, motion, limits, options, True, low, high, braking)
     if options[SAFETY] == 0.0:
-        for joint in range(n):
-            velocity[joint] = min(max(nominal[joint], -limits[joint, 2]), limits[joint, 2])
+        towards(braking.command, nominal, low, high, velocity)
         return 0
-    bounds = SafetyRows(block[15], block[16], rows, min_rates)
-    joint_bounds(q, limits, options, True, bounds.low, bounds.high)
-    if satisfies(nominal, bounds):
+    advance_of(nominal, low, high, q, motion, limits, options, braking)
+    size = 2 * len(near) + len(pairs)
+    bounds = DistanceBounds(
+        np.empty((size, n)), np.empty(size), np.empty(size), np.empty(size, np.int64)
+    )
+    used = 0
+    if is_moving(q, braking.stop):
+        used = bounds_now(near, rows, drifts, low, high, braking, options, bounds, used)
+        cut = relevant_distance(frame.jacobian, joints, low, high, braking, options)
+        world = World(
+            model, data, positions, matrices, sizes, shapes, probe, sharpness, min(cut, cut_off)
+        )
+        set_posture(model, data, braking.stop, qpos, joints[:, 0])
+        update_held_geoms(held, body_positions, body_axes, positions, matrices)
+        near = np.empty((len(pairs), NEAR_COLUMNS))
+        near = near[: measure_near(near, world, pairs, covers, spheres)]
+        distance_rows(near, chain, rows, drifts)
+    used = bounds_at_stop(near, rows, drifts, low, high, braking, options, bounds, used)
+    bounds = DistanceBounds(
+        bounds.rows[:used], bounds.min_rates[:used], bounds.least_rates[:used], bounds.pairs[:used]
+    )
+    if satisfies(nominal, SafetyRows(low, high, bounds.rows, bounds.min_rates)):
         velocity[:] = nominal
         return 0
     cost = deviation_cost(levels.sizes, levels.rows)
-    return _safe(nominal, cost, bounds, near[:, 0], velocity, report[1 + 2 * len(tasks) :])
+    active = report[1 + 2 * len(tasks) :]
+    count = _safe(nominal, cost, bounds, 1.0, low, high, velocity, active)
+    if count < 0:
+        # Not all pairs inside the margin can leave it at the recovery speed.
+        joint_bounds(q, motion, limits, options, False, low, high, braking)
+    for fraction in RECOVERIES:
+        if count < 0:
+            count = _safe(nominal, cost, bounds, fraction, low, high, velocity, active)
+    return count
+
+
+@njit(cache=True)
+def towards(command, nominal, low, high, velocity):
+    """Fill the velocity (n,) from the brake's command towards the nominal one, within the bounds.
+
+    All joints take the same fraction of the way, so that a motion starts in its direction.
+    """
+    fraction = 1.0
+    for joint in range(len(command)):
+        wanted = nominal[joint] - command[joint]
+        room = (high[joint] if wanted > 0.0 else low[joint]) - command[joint]
+        if abs(wanted) > abs(room):
+            fraction = min(fraction, abs(room) / abs(wanted))
+    for joint in range(len(command)):
+        velocity[joint] = command[joint] + fraction * (nominal[joint] - command[joint])
+
+
+@njit(cache=True)
+def limit_frame_speed(velocity, jacobian, limit):
+    """Scale a velocity (n,) in place so that the frame is not faster than a limit, m/s."""
+    if limit == np.inf:
+        return
+    square = 0.0
+    for axis in range(3):
+        along = 0.0
+        for joint in range(len(velocity)):
+            along += jacobian[axis, joint] * velocity[joint]
+        square += along * along
+    if square > limit * limit:
+        velocity *= limit / math.sqrt(square)
 
 
 @njit(cache=True)
@@ -189,15 +266,20 @@ def _nominal_motion(stack, frame, distance, rows, work, nominal, report):
 
 
 @njit(cache=True)
-def _safe(nominal, cost, bounds, pairs, velocity, report):
-    """Fill the safe velocity (n,), and the active bounds with their multipliers (2 n,)."""
+def _safe(nominal, cost, bounds, recovery, low, high, velocity, report):
+    """Fill the safe velocity (n,), and the active bounds with their multipliers (2 n,).
+
+    ``recovery`` is the fraction of the recovery speed that pairs inside the margin must reach.
+    """
     n = len(nominal)
+    rates = bounds.least_rates + recovery * (bounds.min_rates - bounds.least_rates)
+    rows = SafetyRows(low, high, bounds.rows, rates)
     held, strength = np.empty(n, np.int64), np.empty(n)
-    active = solve_qp(nominal, cost, bounds, velocity, held, strength)
-    if active < 0 or not satisfies(velocity, bounds):
+    active = solve_qp(nominal, cost.copy(), rows, velocity, held, strength)
+    if active < 0 or not satisfies(velocity, rows):
         return UNSETTLED
     for k in range(active):
         row = held[k] - n
-        report[k] = held[k] if row < 0 else n + pairs[row]
+        report[k] = held[k] if row < 0 else n + bounds.pairs[row]
         report[n + k] = strength[k]
     return active

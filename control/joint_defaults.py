@@ -1,4 +1,4 @@
-"""The home posture and joint speed limits of a robot, from an argument, its file, or a default."""
+"""The home posture and the joint limits of motion, from an argument, a file, or a default."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from eyehand.errors import InputError
 
 from .array_checks import checked_array
 from .mujoco_binding import mujoco
-from .robot_source import SPEED_NUMERIC
+from .robot_source import ACCELERATION_NUMERIC, JERK_NUMERIC, SPEED_NUMERIC
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -21,6 +21,14 @@ DEFAULT_TURN_SPEED = 1.5
 """Speed limit of a hinge joint without one, rad/s. Light arms reach it in every joint."""
 DEFAULT_SLIDE_SPEED = 0.5
 """Speed limit of a slide joint without one, m/s: that of a fast linear axis near people."""
+DEFAULT_TURN_ACCELERATION = 7.5
+"""Acceleration limit of a hinge joint without one, rad/s²: the lowest of the Franka Panda."""
+DEFAULT_SLIDE_ACCELERATION = 2.5
+"""Acceleration limit of a slide joint without one, m/s². It stops from the default speed as fast as
+a hinge joint from its own."""
+JERK_PER_ACCELERATION = 500.0
+"""Jerk limit of a joint without one, per its acceleration limit, 1/s: as published for the Franka
+Panda."""
 HOME_KEYFRAME = "home"
 """Name of the keyframe that holds the home posture."""
 
@@ -71,15 +79,9 @@ def joint_speed(
     InputError
         If a limit is not a number above zero, or the number of limits does not fit the joints.
     """
-    n = len(joints)
-    if speed is not None:
-        every = np.full(n, speed) if np.ndim(speed) == 0 else speed
-        limits = checked_array("speed", every, (n,), finite=False)
-    else:
-        limits = _numeric_speed(model, joints)
+    limits = _given_limits("speed", model, joints, speed, SPEED_NUMERIC)
     if limits is None:
-        turns = model.jnt_type[joints] == _HINGE
-        limits = np.where(turns, DEFAULT_TURN_SPEED, DEFAULT_SLIDE_SPEED)
+        limits = _by_type(model, joints, DEFAULT_TURN_SPEED, DEFAULT_SLIDE_SPEED)
         for column, joint in enumerate(joints):
             # Many URDF files write 0 for an unknown limit.
             limits[column] = urdf_speed.get(model.joint(int(joint)).name) or limits[column]
@@ -88,18 +90,54 @@ def joint_speed(
     return limits
 
 
-def _numeric_speed(model: Model, joints: NDArray[np.int64]) -> NDArray[np.float64] | None:
-    """Return the speed limits (n,) of an MJCF, or None if it has none."""
-    names = [model.numeric(k).name for k in range(model.nnumeric)]
-    if SPEED_NUMERIC not in names:
+def joint_acceleration(
+    model: Model,
+    joints: NDArray[np.int64],
+    acceleration: ArrayLike | None,
+    jerk: ArrayLike | None,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the limits (n,) of acceleration and jerk of the controlled joints.
+
+    Raises
+    ------
+    InputError
+        If a limit is not a number above zero, or the number of limits does not fit the joints.
+    """
+    limits = _given_limits("acceleration", model, joints, acceleration, ACCELERATION_NUMERIC)
+    if limits is None:
+        limits = _by_type(model, joints, DEFAULT_TURN_ACCELERATION, DEFAULT_SLIDE_ACCELERATION)
+    changes = _given_limits("jerk", model, joints, jerk, JERK_NUMERIC)
+    if changes is None:
+        changes = JERK_PER_ACCELERATION * limits
+    for name, values in (("acceleration", limits), ("jerk", changes)):
+        if not np.all(values > 0.0):
+            raise InputError(f"joint {name} limits must be > 0, got {values.tolist()}")
+    return limits, changes
+
+
+def _by_type(
+    model: Model, joints: NDArray[np.int64], hinge: float, slide: float
+) -> NDArray[np.float64]:
+    return np.where(model.jnt_type[joints] == _HINGE, hinge, slide)
+
+
+def _given_limits(
+    name: str, model: Model, joints: NDArray[np.int64], given: ArrayLike | None, numeric: str
+) -> NDArray[np.float64] | None:
+    """Return the limits (n,) of an argument, or else those of an MJCF, or None if it has none."""
+    n = len(joints)
+    if given is not None:
+        every = np.full(n, given) if np.ndim(given) == 0 else given
+        return checked_array(name, every, (n,), finite=False)
+    if numeric not in [model.numeric(k).name for k in range(model.nnumeric)]:
         return None
-    values = np.array(model.numeric(SPEED_NUMERIC).data, dtype=np.float64)
+    values = np.array(model.numeric(numeric).data, dtype=np.float64)
     scalar = [j for j in range(model.njnt) if int(model.jnt_type[j]) in SCALAR_JOINTS]
     if len(values) == len(scalar):
         return values[[scalar.index(int(joint)) for joint in joints]]
-    if len(values) in (1, len(joints)):
-        return np.broadcast_to(values, (len(joints),)).copy()
+    if len(values) in (1, n):
+        return np.broadcast_to(values, (n,)).copy()
     raise InputError(
-        f"numeric {SPEED_NUMERIC} must have 1 number, {len(joints)} (controlled joints) or "
+        f"numeric {numeric} must have 1 number, {n} (controlled joints) or "
         f"{len(scalar)} (hinge and slide joints), got {len(values)}"
     )

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from .cycle_kernels import CENTRING_POWER
+from .braking import brake_from, command_rows
+from .cycle_kernels import CENTRING_POWER, limit_frame_speed, towards
 from .relaxation import relaxed_rate
 from .repulsion import limited_gradient
 from .safety import safe_motion
@@ -90,8 +91,13 @@ def motion_in_steps(
     tasks: Sequence[Task],
     options: ControlOptions,
     watched: Sequence[Task] = (),
+    motion: NDArray[np.float64] | None = None,
+    frame_speed: float = np.inf,
 ) -> CycleResult:
     """Return the motion of a cycle at joint positions q (n,), for tasks of any class.
+
+    ``motion`` (2, n) is the velocity of the last command, and its acceleration; None if the joints
+    may change their velocity at once. ``frame_speed`` limits the nominal motion, m/s.
 
     Raises
     ------
@@ -102,12 +108,19 @@ def motion_in_steps(
     proximity = world.proximity(state.q)
     nominal = nominal_motion(state, tasks, proximity, options)
     velocity, blocking, feasible = nominal.velocity, (), True
+    limit_frame_speed(velocity, state.jacobian, frame_speed)
+    braking = None if motion is None else brake_from(world, state, motion, options)
     if options.safety:
         rows = np.concatenate([task.jacobian for task in nominal.task_rows])
-        safe = safe_motion(velocity, rows, state, proximity, options, world.robot.joint_names)
+        safe = safe_motion(
+            velocity, rows, state, proximity, options, world.robot.joint_names, braking
+        )
         velocity, blocking, feasible = safe.velocity, safe.blocking, safe.feasible
     else:
-        velocity = np.clip(velocity, -state.speed, state.speed)
+        bounds = command_rows(velocity, state, proximity, options, braking, recover=True)
+        command = np.zeros(len(velocity)) if braking is None else braking.command
+        velocity = np.empty_like(command)
+        towards(command, nominal.velocity, bounds.low, bounds.high, velocity)
     errors = [rows.unmet for rows in nominal.task_rows]
     errors += [task.at(state).unmet for task in watched]
     clearance = float(proximity.distance.min(initial=float("inf")))

@@ -225,7 +225,7 @@ class _Search:
     def roll_out(self, q: NDArray[np.float64], tasks: tuple[Task, ...]) -> _Rollout:
         """Simulate the controller from q (n,) until it stops or the time limit passes."""
         self.rollouts += 1
-        controller = ApproachController(self.world, tasks, self.options)
+        controller = ApproachController(self.world, tasks, self.options, instant=True)
         configurations = []
         reason = "a roll-out reached its time limit"
         for _ in range(round(self.planner.longest / self.planner.dt)):

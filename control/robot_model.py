@@ -10,7 +10,7 @@ import numpy as np
 from eyehand.errors import InputError
 
 from .array_checks import checked_array, read_only
-from .joint_defaults import SCALAR_JOINTS, home_posture, joint_speed
+from .joint_defaults import SCALAR_JOINTS, home_posture, joint_acceleration, joint_speed
 from .kinematics_kernels import frame_state
 from .mujoco_binding import address, mujoco
 from .robot_source import compile_spec, read_robot
@@ -48,6 +48,10 @@ class RobotModel:
     """Home posture (n,)."""
     speed: NDArray[np.float64]
     """Joint speed limits (n,), rad/s or m/s."""
+    acceleration: NDArray[np.float64]
+    """Joint acceleration limits (n,), rad/s² or m/s²; inf where there is none."""
+    jerk: NDArray[np.float64]
+    """Joint jerk limits (n,), rad/s³ or m/s³; inf where there is none."""
     frame: str
     """Name of the controlled frame: a site or a body."""
 
@@ -60,6 +64,8 @@ class RobotModel:
         home: ArrayLike | None = None,
         joints: Sequence[str] | None = None,
         speed: ArrayLike | None = None,
+        acceleration: ArrayLike | None = None,
+        jerk: ArrayLike | None = None,
     ) -> RobotModel:
         """Load a robot.
 
@@ -80,15 +86,22 @@ class RobotModel:
             Joint speed limits, one number or (n,), rad/s or m/s. Default: the numeric
             ``joint_speed`` of an MJCF, else the ``<limit velocity>`` of a URDF, else 1.5 rad/s for
             a hinge joint and 0.5 m/s for a slide joint.
+        acceleration
+            Joint acceleration limits, one number or (n,), rad/s² or m/s²; inf for none. Default:
+            the numeric ``joint_acceleration`` of an MJCF, else 7.5 rad/s² for a hinge joint and
+            2.5 m/s² for a slide joint.
+        jerk
+            Joint jerk limits, one number or (n,), rad/s³ or m/s³; inf for none. Default: the
+            numeric ``joint_jerk`` of an MJCF, else 500 1/s times the acceleration limit.
 
         Raises
         ------
         InputError
             If the file cannot be read, a name is unknown, a controlled joint is a free or ball
-            joint, or home or speed is invalid.
+            joint, or home or a limit is invalid.
         """
         spec, urdf_speed = read_robot(source)
-        return cls(spec, urdf_speed, frame, home, joints, speed)
+        return cls(spec, urdf_speed, frame, home, joints, (speed, acceleration, jerk))
 
     def __init__(
         self,
@@ -97,7 +110,7 @@ class RobotModel:
         frame: str,
         home: ArrayLike | None,
         joints: Sequence[str] | None,
-        speed: ArrayLike | None,
+        given: tuple[ArrayLike | None, ArrayLike | None, ArrayLike | None],
     ) -> None:
         self.spec = spec
         self.model = model = compile_spec(spec)
@@ -117,7 +130,10 @@ class RobotModel:
         posture = home_posture(model, self.joints, home)
         self.home_qpos = read_only(posture)
         self.home = read_only(posture[qpos_indices])
+        speed, acceleration, jerk = given
         self.speed = read_only(joint_speed(model, self.joints, speed, urdf_speed))
+        limits = joint_acceleration(model, self.joints, acceleration, jerk)
+        self.acceleration, self.jerk = map(read_only, limits)
         self.moves = _moves(model, self.joints)
         self.frame = frame
         self.frame_body, position, matrix = _frame(model, data, frame)
@@ -151,6 +167,8 @@ class RobotModel:
             upper=self.upper,
             home=self.home,
             speed=self.speed,
+            acceleration=self.acceleration,
+            jerk=self.jerk,
             from_base=self._from_base,
         )
         return state
@@ -178,6 +196,15 @@ class RobotModel:
         moves = np.ascontiguousarray(self.moves[body_id])
         frame = (moves, self.data.xanchor, self.data.xaxis, position, matrix)
         return self._at(q, frame, offset)[2][:3].copy()
+
+    def limits(self, *, instant: bool = False) -> NDArray[np.float64]:
+        """Return the limits (n, 5) for kernels: lower, upper, speed, acceleration, jerk.
+
+        With ``instant``, those of acceleration and jerk are infinite.
+        """
+        changes = np.column_stack([self.acceleration, self.jerk])
+        changes = np.full_like(changes, np.inf) if instant else changes
+        return np.column_stack([self.lower, self.upper, self.speed, changes])
 
     def checked(self, q: ArrayLike) -> NDArray[np.float64]:
         """Return a copy (n,) of joint positions; raise an :class:`InputError` if invalid."""

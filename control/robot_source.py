@@ -14,6 +14,8 @@ Source = str | Path | Spec
 
 SPEED_NUMERIC = "joint_speed"
 """Name of the ``<custom><numeric>`` element of an MJCF that holds joint speed limits."""
+ACCELERATION_NUMERIC, JERK_NUMERIC = "joint_acceleration", "joint_jerk"
+"""Names of the elements with the limits of acceleration and jerk."""
 
 
 def read_robot(source: Source) -> tuple[Spec, dict[str, float]]:

@@ -40,6 +40,10 @@ class RobotState:
     """Home posture (n,)."""
     speed: NDArray[np.float64]
     """Joint speed limits (n,), rad/s or m/s."""
+    acceleration: NDArray[np.float64] | None = None
+    """Joint acceleration limits (n,), rad/s² or m/s²; None for none."""
+    jerk: NDArray[np.float64] | None = None
+    """Joint jerk limits (n,), rad/s³ or m/s³; None for none."""
     from_base: NDArray[np.int64] | None = None
     """Indices (n,) that sort the joints from base to tip; None if they are in that order."""
 
@@ -61,6 +65,24 @@ class RobotState:
             array = getattr(self, name)
             if not math.isfinite(np.vdot(array, array)):
                 raise InputError(f"robot state: {name} must be finite, got {array.tolist()}")
+
+    def limits(self, *, instant: bool = False) -> NDArray[np.float64]:
+        """Return the limits (n, 5) for kernels: lower, upper, speed, acceleration, jerk.
+
+        Those of acceleration and jerk are infinite if the state has none, or with ``instant``.
+        """
+        none = np.full(len(self.q), np.inf)
+        acceleration = None if instant else self.acceleration
+        jerk = None if instant else self.jerk
+        return np.column_stack(
+            [
+                self.lower,
+                self.upper,
+                self.speed,
+                none if acceleration is None else acceleration,
+                none if jerk is None else jerk,
+            ]
+        ).astype(np.float64)
 
     def point(self, offset: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return the position and the Jacobian of a point fixed to the controlled frame.

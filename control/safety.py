@@ -1,4 +1,4 @@
-"""The safety level above all tasks: it keeps distances, joint limits and joint speeds."""
+"""The safety level above all tasks: it keeps distances and all limits of the joints."""
 
 from __future__ import annotations
 
@@ -9,15 +9,16 @@ from typing import TYPE_CHECKING
 import daqp
 import numpy as np
 
-from .packed_options import pack_options
+from .braking import bounding_pairs, command_rows
 from .qp_kernels import TOLERANCE
-from .safety_kernels import TASK_WEIGHT, SafetyRows, joint_bounds, min_distance_rate, satisfies
+from .safety_kernels import TASK_WEIGHT, SafetyRows, satisfies
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
+    from .braking import Braking
     from .options import ControlOptions
     from .proximity import Proximity
     from .robot_state import RobotState
@@ -47,28 +48,6 @@ class SafeMotion:
     fast. The violation is then as small as possible."""
 
 
-def safety_rows(
-    state: RobotState, proximity: Proximity, options: ControlOptions, *, recover: bool = True
-) -> SafetyRows:
-    """Return the velocity dampers (Faverjon and Tournassoud 1987) in discrete time.
-
-    One cycle may use up a fraction of the distance left to the margin, so the robot approaches the
-    margin but does not pass it. Inside the margin the distance must grow. With `recover` false it
-    must only not shrink. Standing still then satisfies every bound if no obstacle moves.
-    """
-    packed = pack_options(options)
-    low, high = np.empty(len(state.q)), np.empty(len(state.q))
-    limits = np.column_stack([state.lower, state.upper, state.speed]).astype(np.float64)
-    joint_bounds(np.asarray(state.q, dtype=np.float64), limits, packed, recover, low, high)
-    min_rates = [
-        min_distance_rate(distance, drift, packed, recover)
-        for distance, drift in zip(
-            proximity.distance.tolist(), proximity.drift.tolist(), strict=True
-        )
-    ]
-    return SafetyRows(low, high, proximity.rows, np.array(min_rates, dtype=np.float64))
-
-
 def safe_motion(
     nominal: NDArray[np.float64],
     task_rows: NDArray[np.float64],
@@ -76,30 +55,38 @@ def safe_motion(
     proximity: Proximity,
     options: ControlOptions,
     joint_names: Sequence[str] = (),
+    braking: Braking | None = None,
 ) -> SafeMotion:
     """Return the safe joint velocity nearest to a nominal one (n,), rad/s.
 
     The cost is |velocity - nominal|² + w |J (velocity - nominal)|², with the rows J (m, n) of the
     tasks and w = TASK_WEIGHT. So the change affects the tasks as little as possible. If not all
     pairs inside the margin can leave it at the recovery speed, no pair goes deeper, and each leaves
-    as fast as it can. An input that is not finite stops the robot.
+    as fast as it can. An input that is not finite brakes the robot.
+
+    With ``braking``, the limits of acceleration and jerk are kept. Without it, the joints may
+    change their velocity at once.
     """
-    rows = safety_rows(state, proximity, options)
+    stop = np.zeros(len(state.q)) if braking is None else braking.command
     invalid = _not_finite(nominal, task_rows, proximity, state)
+    if braking is not None and braking.at_stop is not None:
+        invalid += _not_finite(nominal, task_rows, braking.at_stop, state)
     if invalid:
-        return SafeMotion(np.zeros(len(rows.low)), invalid, False)
+        return SafeMotion(stop, tuple(dict.fromkeys(invalid)), False)
+    rows = command_rows(nominal, state, proximity, options, braking, recover=True)
     if satisfies(nominal, rows):
         return SafeMotion(nominal, (), True)
     hessian = np.eye(len(nominal)) + TASK_WEIGHT * task_rows.T @ task_rows
     velocity, multipliers = _solve_hard(nominal, hessian, rows)
     feasible = velocity is not None and satisfies(velocity, rows)
     if velocity is None or not feasible:
-        no_recovery = safety_rows(state, proximity, options, recover=False)
-        velocity, multipliers, feasible = _solve_no_recovery(nominal, hessian, no_recovery, rows)
+        least = command_rows(nominal, state, proximity, options, braking, recover=False)
+        velocity, multipliers, feasible = _solve_no_recovery(nominal, hessian, least, rows, stop)
     names = joint_names or [str(joint + 1) for joint in range(len(nominal))]
     joints = list(zip(names, state.lower.tolist(), state.upper.tolist(), strict=True))
     ranked = [(value, index) for index, value in enumerate(multipliers.tolist())]
-    blocking = blocking_names(ranked, state.q, joints, proximity.names)
+    pairs = bounding_pairs(proximity, braking)
+    blocking = blocking_names(ranked, state.q, joints, pairs)
     return SafeMotion(velocity, blocking, feasible)
 
 
@@ -128,7 +115,10 @@ def blocking_names(
             break
         if index >= len(joints):
             first, second = pairs[index - len(joints)]
-            names.append(f"{first} near {second}")
+            name = f"{first} near {second}"
+            # A pair may be active both now and at standstill.
+            if name not in names:
+                names.append(name)
         else:
             name, lower, upper = joints[index]
             position = float(q[index])
@@ -142,10 +132,12 @@ def _solve_no_recovery(
     hessian: NDArray[np.float64],
     no_recovery: SafetyRows,
     rows: SafetyRows,
+    stop: NDArray[np.float64],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], bool]:
     """Satisfy the bounds without recovery, and violate the others as little as possible.
 
-    If the bounds without recovery conflict too, only the joint speeds are satisfied.
+    If the bounds without recovery conflict too, only those of the joints are satisfied. ``stop``
+    (n,) is the command of the brake.
 
     Returns
     -------
@@ -157,7 +149,6 @@ def _solve_no_recovery(
         velocity, multipliers = _solve_hard(nominal, hessian, no_recovery)
     if velocity is not None and satisfies(velocity, no_recovery):
         return velocity, multipliers, True
-    stop = np.zeros_like(nominal)
     if satisfies(stop, no_recovery):
         return stop, multipliers, True
     only_joints = no_recovery._replace(min_rates=np.full_like(no_recovery.min_rates, -UNBOUNDED))

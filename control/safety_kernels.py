@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numba import njit
 
-from .packed_options import DAMPER, DT, LIMIT_MARGIN, MARGIN
+from .packed_options import DAMPER, DT, MARGIN
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -32,22 +32,6 @@ class SafetyRows(NamedTuple):
     """(P, n): derivatives of the distances by the joints."""
     min_rates: NDArray[np.float64]
     """(P,), m/s: minimum rate of each distance."""
-
-
-@njit(cache=True)
-def joint_bounds(q, limits, options, recover, low, high):
-    """Fill the minimum and maximum velocities (n,); ``limits`` (n, 3): lower, upper, speed."""
-    damping = options[DAMPER] / options[DT]
-    for joint in range(len(q)):
-        speed = limits[joint, 2]
-        outside = speed if recover else 0.0
-        below = q[joint] - (limits[joint, 0] + options[LIMIT_MARGIN])
-        above = (limits[joint, 1] - options[LIMIT_MARGIN]) - q[joint]
-        low[joint] = min(max(-damping * below, -speed), outside)
-        high[joint] = max(min(damping * above, speed), -outside)
-        # If the range is narrower than the two margins, the joint may only go to its middle.
-        if low[joint] > high[joint]:
-            low[joint] = high[joint] = 0.5 * (low[joint] + high[joint])
 
 
 @njit(cache=True)

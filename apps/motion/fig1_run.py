@@ -75,7 +75,8 @@ def run_fig1() -> list[Fig1Run]:
 def run_once(scene: Fig1Scene, name: str, beta: Relaxation, *, safety: bool = False) -> Fig1Run:
     """Run the scene once until the arm is at rest. The joints execute every command exactly."""
     options = fig1_options(beta, safety=safety)
-    controller = ApproachController(scene.world, [scene.reach_task], options)
+    # The chapter's figure has no limits of acceleration.
+    controller = ApproachController(scene.world, [scene.reach_task], options, instant=True)
     q, status = scene.start, "moving"
     postures, hand, clearance = [], [], []
     for _ in range(round(TIME_LIMIT / options.dt)):

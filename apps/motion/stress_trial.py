@@ -25,6 +25,8 @@ MARGIN_TOLERANCE_M = 5e-4
 """Allowed violation of a distance margin, m: the error of linearisation within a cycle."""
 SPEED_TOLERANCE = 1e-6
 """Allowed relative violation of a joint speed: rounding errors."""
+ACCELERATION_TOLERANCE = 1e-6
+"""Allowed relative violation of a joint acceleration: rounding errors."""
 SETTLED_STEP = 2e-3
 """Joint step per cycle below which a motion is settled, rad."""
 TAIL_S = 1.0
@@ -47,6 +49,8 @@ class Motion:
     """Cycle time, s."""
     limits: NDArray[np.float64]
     """Joint speed limits (n,), rad/s."""
+    acceleration_limits: NDArray[np.float64]
+    """Joint acceleration limits (n,), rad/s²."""
 
     @property
     def last(self) -> ControlStep:
@@ -67,6 +71,12 @@ class Motion:
     def peak_acceleration(self) -> float:
         """Maximum change of a joint's speed over time, between cycles, rad/s²."""
         return float(np.abs(np.diff(self.velocities, axis=0)).max(initial=0.0)) / self.dt
+
+    @property
+    def acceleration_share(self) -> float:
+        """Maximum joint acceleration as a share of its limit, from standstill on."""
+        steps = np.diff(self.velocities, axis=0, prepend=0.0)
+        return float(np.max(np.abs(steps) / self.acceleration_limits)) / self.dt
 
     @property
     def end_step(self) -> float:
@@ -141,7 +151,11 @@ def simulate(
     for number in range(round(seconds / options.dt)):
         if before is not None:
             before(number)
-        cycle = controllers[number // turn % len(controllers)].step(q)
+        active = controllers[number // turn % len(controllers)]
+        cycle = active.step(q)
+        for waiting in controllers:
+            if waiting is not active:
+                waiting.resume(active.velocity, active.acceleration)
         q = q + options.dt * cycle.velocity
         postures.append(q)
         velocities.append(cycle.velocity)
@@ -161,6 +175,7 @@ def simulate(
         tuple(cycles),
         options.dt,
         world.robot.speed,
+        world.robot.acceleration,
     )
 
 
@@ -174,6 +189,8 @@ def find_fault(motion: Motion, options: ControlOptions, *, margin: bool = True) 
         return "joint angles are not finite"
     if motion.peak_speed > 1.0 + SPEED_TOLERANCE:
         return f"a joint moves at {100 * motion.peak_speed:.1f} % of its speed limit"
+    if motion.acceleration_share > 1.0 + ACCELERATION_TOLERANCE:
+        return f"a joint accelerates at {100 * motion.acceleration_share:.1f} % of its limit"
     if margin and options.safety and motion.closest < options.margin - MARGIN_TOLERANCE_M:
         return f"the smallest distance is {1e3 * motion.closest:.2f} mm"
     if motion.last.status in ("stuck", "infeasible") and not motion.last.reason:

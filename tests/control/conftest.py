@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from eyehand.control import Box, CollisionWorld, Obstacle, RobotModel
 from eyehand.control.robot_state import RobotState
 from eyehand.control.tasks import Task
-from eyehand.data_synth import import_mujoco
+from eyehand.data_synth import LBR_ARM, TOOL_SITE, import_mujoco
+from eyehand.data_synth.scenes import ReachingScene
 
 mujoco = import_mujoco()
 
@@ -47,6 +49,14 @@ ARM = """
 """An arm with seven joints on skew axes, and a branch that does not move the hand."""
 
 HOME = np.array([0.1, 0.4, -0.2, -1.2, 0.3, 0.8, 0.0])
+
+
+def boxes_world(scene: ReachingScene) -> CollisionWorld:
+    """Return the world of the LBR arm and the boxes of a scene."""
+    boxes = [
+        Obstacle(one.name, Box(np.array(one.size)), one.T_world_shape) for one in scene.obstacles
+    ]
+    return CollisionWorld(RobotModel.load(LBR_ARM, TOOL_SITE), boxes)
 
 
 def _arm(third: str, *, branch: bool) -> Callable[[NDArray[np.float64]], RobotState]:

@@ -7,11 +7,13 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.control.approach import ApproachController
+from eyehand.control.braking import bounding_pairs, brake_from, command_rows
 from eyehand.control.collision_world import CollisionWorld
 from eyehand.control.cycle import ControlCycle
+from eyehand.control.motion_steps import nominal_motion
 from eyehand.control.options import ControlOptions
 from eyehand.control.robot_model import RobotModel
-from eyehand.control.safety import safety_rows
+from eyehand.control.safety_kernels import satisfies
 from eyehand.control.shapes import Box, Capsule, Cylinder, Ellipsoid, Obstacle, Sphere
 from eyehand.control.tasks import (
     AxisAlignment,
@@ -32,6 +34,7 @@ seeds = st.integers(0, 100_000)
 TOLERANCE = 1e-9
 """Largest accepted rounding difference, rad/s. None of 12 000 random cycles exceeded it."""
 SCENES = range(700, 720)
+STILL = np.zeros((2, 7))
 TASK = Position(np.array([0.45, 0.1, 0.5]))
 
 
@@ -87,30 +90,49 @@ def random_configuration(rng: np.random.Generator, robot: RobotModel) -> np.ndar
     return q
 
 
-def check(cycle: ControlCycle, q: np.ndarray) -> bool:
+def random_last_command(rng: np.random.Generator, robot: RobotModel) -> np.ndarray:
+    """Return a last command (2, n): standstill, or a velocity and an acceleration in the limits."""
+    motion = np.zeros((2, robot.n))
+    if rng.random() < 0.6:
+        motion[0] = rng.uniform(-0.4, 0.4, robot.n) * robot.speed
+        motion[1] = rng.uniform(-1.0, 1.0, robot.n) * robot.acceleration
+    return motion
+
+
+def check(cycle: ControlCycle, q: np.ndarray, last: np.ndarray | None = None) -> bool:
     """Compare the compiled cycle with the stepwise one. Return False where it falls back to it."""
-    motion, stepwise = cycle.compiled(q), cycle.in_steps(q)
+    last = np.zeros((2, len(q))) if last is None else last
+    motion, stepwise = cycle.compiled(q, last), cycle.in_steps(q, last)
     assert np.all(np.isfinite(stepwise.velocity))
+    state, near = cycle.world.robot.at(q), cycle.world.proximity(q)
+    braking = brake_from(cycle.world, state, last, cycle.options)
     if motion is None:
-        # Not all pairs inside the margin can leave it at the recovery speed. Only the stepwise
-        # cycle finds the compromise.
+        # Only the stepwise cycle finds a compromise if a bound cannot be satisfied.
         assert not stepwise.feasible or stepwise.clearance < cycle.options.margin
         return False
     assert stepwise.feasible
     assert motion.feasible
-    np.testing.assert_allclose(motion.velocity, stepwise.velocity, atol=TOLERANCE)
     np.testing.assert_allclose(motion.errors, stepwise.errors, atol=TOLERANCE)
     np.testing.assert_allclose(motion.beta, stepwise.beta, atol=TOLERANCE)
     np.testing.assert_allclose(motion.clearance, stepwise.clearance, atol=TOLERANCE)
+    nominal = nominal_motion(state, cycle.tasks, near, cycle.options).velocity
+    rows, least = (
+        command_rows(nominal, state, near, cycle.options, braking, recover=recover)
+        for recover in (True, False)
+    )
+    if cycle.options.safety and not satisfies(stepwise.velocity, rows):
+        # Not all pairs inside the margin can leave it at the recovery speed.
+        assert satisfies(motion.velocity, least)
+        return True
+    np.testing.assert_allclose(motion.velocity, stepwise.velocity, atol=TOLERANCE)
     if motion.blocking != stepwise.blocking:
         # Parts that share a joint can give the same row. Either of them may be reported.
-        near = cycle.world.proximity(q)
-        min_rates = safety_rows(cycle.world.robot.at(q), near, cycle.options).min_rates
-        labels = [f"{first} near {second}" for first, second in near.names]
+        pairs = bounding_pairs(near, braking)
+        labels = [f"{first} near {second}" for first, second in pairs]
         for name in set(motion.blocking) ^ set(stepwise.blocking):
             index = labels.index(name)
-            difference = np.abs(near.rows - near.rows[index]).max(axis=1)
-            difference += np.abs(min_rates - min_rates[index])
+            difference = np.abs(rows.rows - rows.rows[index]).max(axis=1)
+            difference += np.abs(rows.min_rates - rows.min_rates[index])
             assert np.count_nonzero(difference < TOLERANCE) > 1
     return True
 
@@ -130,7 +152,8 @@ def test_compiled_cycle_equals_stepwise_cycle(worlds, seed):
     choices += interval_tasks(rng, world.robot.at(q), choices)
     selected = rng.choice(len(choices), rng.integers(1, 5), replace=False)
     tasks = [choices[k] for k in selected]
-    check(ControlCycle(world, tasks, options, choices[:2]), q)
+    cycle = ControlCycle(world, tasks, options, choices[:2])
+    check(cycle, q, random_last_command(rng, world.robot))
 
 
 def test_few_cycles_fall_back_to_stepwise_cycle(worlds):
@@ -149,11 +172,11 @@ def test_compiled_cycle_follows_changing_obstacles():
     world = make_world(load_lbr(), 2)
     cycle = ControlCycle(world, (TASK,), ControlOptions())
     q = world.robot.home
-    first = cycle.compiled(q)
+    first = cycle.compiled(q, STILL)
     pose = RigidTransform.from_translation([0.5, 0.0, 0.55])
     world.add(Obstacle("late", Sphere(0.05), pose))
     assert check(cycle, q)
-    second = cycle.compiled(q)
+    second = cycle.compiled(q, STILL)
     world.move("late", RigidTransform.from_translation([0.5, 0.0, 0.65]), np.full(6, 0.01))
     assert check(cycle, q)
     world.remove("late")
@@ -186,7 +209,7 @@ def test_unsupported_tasks_use_stepwise_cycle():
     q = world.robot.home
     ready = ControlOptions()
     for tasks in ((CustomTask(),), (TASK, Manipulability(0.01))):
-        assert ControlCycle(world, tasks, ready).compiled(q) is None
+        assert ControlCycle(world, tasks, ready).compiled(q, STILL) is None
         assert ApproachController(world, tasks, ready).step(q).status == "moving"
 
 

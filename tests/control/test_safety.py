@@ -9,10 +9,11 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.optimize import linprog, minimize, nnls
 
+from eyehand.control.braking import command_rows
 from eyehand.control.options import ControlOptions
 from eyehand.control.proximity import Proximity
 from eyehand.control.robot_state import RobotState
-from eyehand.control.safety import safe_motion, safety_rows
+from eyehand.control.safety import safe_motion
 from eyehand.control.safety_kernels import RECOVERY_SPEED, TASK_WEIGHT, SafetyRows, satisfies
 
 Array = NDArray[np.float64]
@@ -43,6 +44,11 @@ def robot(q, *, limit=2.0, speed=1.0) -> RobotState:
         q, np.zeros(3), np.eye(3), np.zeros((6, len(q))),
         -limit * full, limit * full, 0.0 * full, speed * full,
     )  # fmt: skip
+
+
+def safety_rows(state, near, options, *, recover=True) -> SafetyRows:
+    """Return the bounds of a velocity that may change at once."""
+    return command_rows(np.zeros(len(state.q)), state, near, options, None, recover=recover)
 
 
 def max_violation(velocity: Array, rows: SafetyRows) -> float:

@@ -72,15 +72,13 @@ def test_penetration_is_resolved_without_going_deeper(depth_mm):
     assert trial.picture.closest_mm == pytest.approx(-depth_mm, abs=0.5)
 
 
-def test_alternating_weights_raise_acceleration_within_bound():
-    peaks = []
+def test_alternating_weights_keep_acceleration_limit():
     for cycles in (200.0, 1.0):
         trial = SWEEPS["switching"].attempt(cycles, SEED, ControlOptions())
         assert trial.passed, trial.note
         assert isinstance(trial.picture, MotionFigures)
-        peaks.append(trial.picture.peak_acceleration)
-    # A constant weight needs about 2 rad/s².
-    assert peaks[0] > peaks[1] + 20 > 40
+        assert trial.picture.peak_acceleration is not None
+        assert trial.picture.peak_acceleration <= 15.0 + 1e-9
 
 
 def test_sphere_cover_smooths_gradient():
