@@ -23,6 +23,7 @@ from functools import cache
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
+from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.data_synth.cell import (
     CAMERA,
@@ -65,6 +66,24 @@ TABLE_HEIGHT = 0.0
 
 
 @dataclass(frozen=True)
+class Changes:
+    """What a round changes of the protocol."""
+
+    calibration_error: float = 0.0
+    """Distance of the hand from the planned place, m, in a random direction for each grasp."""
+    calibration_angle: float = 0.0
+    """Angle by which it is turned about its tool centre point, rad, about a random axis."""
+    friction: float = 1.0
+    """Coulomb friction of all pairs."""
+    mass_factor: float = 1.0
+    """Factor of the objects' masses."""
+    camera_turned: float = 0.0
+    """Angle by which the line of sight is nearer to the vertical, rad."""
+    noise_scale: float = 1.0
+    """Factor of the depth noise."""
+
+
+@dataclass(frozen=True)
 class ClutterTrial:
     """One round."""
 
@@ -88,6 +107,10 @@ class ClutterTrial:
     """Number of objects."""
     depth_error: float | None = None
     """`JawOptions.depth_error`; None for 0.005 with a known table, else for the default."""
+    changes: Changes = Changes()
+    """What differs from the protocol."""
+    max_attempts: int | None = None
+    """Number of grasps after which the round ends; None for no limit."""
 
 
 @dataclass(frozen=True)
@@ -117,11 +140,23 @@ class Attempt:
 
 def run_clutter_round(trial: dict[str, Any]) -> dict[str, Any]:
     """Run a round, and return its attempts and counts as plain numbers and text."""
-    settings = ClutterTrial(**trial)
-    objects = _objects(settings.objects, settings.split)
+    changes = Changes(**trial.get("changes", {}))
+    settings = ClutterTrial(**{**trial, "changes": changes})
+    objects = [
+        replace(item, mass=changes.mass_factor * item.mass)
+        for item in _objects(settings.objects, settings.split)
+    ]
     hand = load_hand(settings.hand)
     rng = np.random.default_rng([settings.seed, len(settings.family)])
-    world = make_clutter(settings.family, objects, hand, rng, count=settings.count, force=FORCE)
+    world = make_clutter(
+        settings.family,
+        objects,
+        hand,
+        rng,
+        count=settings.count,
+        force=FORCE,
+        friction=changes.friction,
+    )
     placed = world.count
     heavy = sorted(
         world.objects[k].name for k in world.placed if is_heavy(world.objects[k].mass, FORCE)
@@ -130,6 +165,9 @@ def run_clutter_round(trial: dict[str, Any]) -> dict[str, Any]:
     failed: tuple[Grasp, ...] = ()
     failures, ended = 0, "cleared"
     while world.count:
+        if len(attempts) == settings.max_attempts:
+            ended = "attempts"
+            break
         attempt, grasp, reason = _attempt(world, settings, failed, rng)
         if attempt is None or grasp is None:
             ended = f"no grasp: {reason}"
@@ -179,17 +217,21 @@ def _attempt(
     rng: np.random.Generator,
 ) -> tuple[Attempt | None, Grasp | None, str]:
     """Look, plan and grasp once."""
+    T_world_camera = camera_pose(settings.view, settings.changes.camera_turned)
     view = open_renderer().render(
         world.model,
         world.data,
         CAMERA,
-        camera_pose(settings.view),
+        T_world_camera,
         world.labels,
         max_range=MAX_RANGE,
         colour=False,
     )
-    depth = add_dex_noise(view.depth, rng) if settings.noise == "dex" else view.depth
-    frame = DepthFrame(depth, CAMERA, camera_pose(settings.view))
+    depth = view.depth
+    if settings.noise == "dex":
+        noise = add_dex_noise(view.depth, rng) - view.depth
+        depth = np.maximum(depth + np.float32(settings.changes.noise_scale) * noise, 0.0)
+    frame = DepthFrame(depth, CAMERA, T_world_camera)
     started = time.thread_time()
     if settings.known_table:
         frame, _ = correct_depth(frame, TABLE_HEIGHT)
@@ -201,7 +243,7 @@ def _attempt(
         return None, None, grasps.reason
     grasp = grasps[0]
     truth = segment_truth(scene, grasp, view.labels, world)
-    course = execute_grasp(world, grasp.T_scene_tcp)
+    course = execute_grasp(world, _misplaced(grasp, settings, len(failed)))
     world.rest_and_remove()
     cause = "" if course.success else failure_cause(course, truth, grasp, FORCE)
     attempt = Attempt(
@@ -219,8 +261,22 @@ def _attempt(
     return attempt, grasp, ""
 
 
+def _misplaced(grasp: Grasp, settings: ClutterTrial, number: int) -> RigidTransform:
+    """Return the pose of the hand with the calibration error."""
+    changes = settings.changes
+    rng = np.random.default_rng([settings.seed, number, 17])
+    shift, axis = (one / np.linalg.norm(one) for one in rng.standard_normal((2, 3)))
+    turn = Rotation.from_rotvec(changes.calibration_angle * axis)
+    return RigidTransform.from_components(
+        grasp.position + changes.calibration_error * shift, turn * grasp.T_scene_tcp.rotation
+    )
+
+
 def _options(settings: ClutterTrial, failed: tuple[Grasp, ...]) -> JawOptions:
-    options = JawOptions(full_opening=True, guarded=True, failed=failed)
+    calibration = max(settings.changes.calibration_error, JawOptions().calibration_error)
+    options = JawOptions(
+        full_opening=True, guarded=True, failed=failed, calibration_error=calibration
+    )
     error = settings.depth_error
     if error is None:
         error = CORRECTED_SCALE_ERROR if settings.known_table else options.depth_error

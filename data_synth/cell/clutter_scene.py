@@ -57,6 +57,7 @@ def make_clutter(
     *,
     count: int = 5,
     force: float = 20.0,
+    friction: float = 1.0,
 ) -> ClutterWorld:
     """Draw objects, place them, and let them come to rest.
 
@@ -75,6 +76,8 @@ def make_clutter(
         Number of objects.
     force
         Maximum closing force of each finger, N.
+    friction
+        Coulomb friction of all pairs.
 
     Returns
     -------
@@ -86,7 +89,7 @@ def make_clutter(
         objects[int(rng.integers(len(objects)))].scaled(rng.uniform(*SCALES[family]))
         for _ in range(drawn)
     ]
-    world = ClutterWorld(chosen, hand, force=force, walls=family == "pile")
+    world = ClutterWorld(chosen, hand, force=force, friction=friction, walls=family == "pile")
     if family == "pile":
         for number in range(count):
             position = [*rng.uniform(-PILE_HALF, PILE_HALF, 2), DROP_HEIGHT]
@@ -109,9 +112,10 @@ def make_clutter(
     return world
 
 
-def camera_pose(view: ClutterView = "side") -> RigidTransform:
-    """Return T_world_camera of the protocol's camera."""
+def camera_pose(view: ClutterView = "side", turned: float = 0.0) -> RigidTransform:
+    """Return T_world_camera of the protocol's camera, nearer to the vertical by `turned`, rad."""
     angle, height = VIEWS[view]
+    angle -= turned
     target = np.array([0.0, 0.0, height])
     eye = target + CAMERA_DISTANCE * np.array([0.0, -np.sin(angle), np.cos(angle)])
     return look_at(eye, target)

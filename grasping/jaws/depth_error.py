@@ -26,11 +26,11 @@ if TYPE_CHECKING:
     from .scored import ScoredCandidates
     from .surface_model import ObjectSurface
 
-ERRORS = np.linspace(-2.25, 2.25, 7)
+ERRORS, FEW_ERRORS = np.linspace(-2.25, 2.25, 7), np.linspace(-1.5, 1.5, 3)
 """Errors that are tried, in standard deviations. Grasps that all succeed within one standard
-deviation differ in the tails."""
-WEIGHTS = np.exp(-0.5 * ERRORS**2) / np.exp(-0.5 * ERRORS**2).sum()
-"""Their probabilities: normally distributed."""
+deviation differ in the tails. Three are enough for a small deviation."""
+SMALL_ERROR = 0.01
+"""Largest small deviation of the scale."""
 STOPPED_TERM = 0.5
 """Probability that an arm that does not stop succeeds although its hand touches something."""
 MIN_SHIFT = 1e-4
@@ -55,13 +55,15 @@ def depth_error_term(
     if options.depth_error <= 0.0 or len(scored.candidates) == 0:
         return np.ones(len(scored.candidates))
     sight = scored.candidates.tip - scene.view_origin
+    errors = FEW_ERRORS if options.depth_error <= SMALL_ERROR else ERRORS
+    weights = np.exp(-0.5 * errors**2)
     success = []
-    for error in ERRORS:
+    for error in errors:
         tip = scored.candidates.tip + error * options.depth_error * sight
         moved = Candidates(scored.candidates.rotation, tip, scored.candidates.object)
         success.append(_success(moved, scored.opening, surfaces, scene, blocks, hand, options))
     nominal = np.maximum(scored.terms["friction"] * scored.terms["overlap"], 1e-6)
-    return np.clip(WEIGHTS @ success / nominal, 0.0, 1.0)
+    return np.clip(weights @ success / (weights.sum() * nominal), 0.0, 1.0)
 
 
 def sideways_term(

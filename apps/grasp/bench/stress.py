@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from eyehand.errors import InputError
 from eyehand.grasping import PickOptions
 
 from ...bench.chart_style import GREY, VERMILION, draw_curve
@@ -39,7 +41,9 @@ DIGITS = 3
 """Significant digits of measured figures."""
 
 
-def stress_grasp(arguments: StressArguments | None = None) -> int:
+def stress_grasp(
+    arguments: StressArguments | None = None, *, hand: str = "", objects: Path | None = None
+) -> int:
     """Make picks harder step by step until they break, and chart where.
 
     Runs 2 trials at each value, or 1 with --quick; sweeps of failing devices take one. The sweeps
@@ -49,8 +53,25 @@ def stress_grasp(arguments: StressArguments | None = None) -> int:
     must hold. At every value the robot must end in a named outcome, touch nothing else before the
     grasp, throw nothing, and never report "placed" or "clear" wrongly. With --quick and no names,
     one sweep of each kind runs. Exit code 1: a bound is violated. Writes stress.png and stress.csv.
+
+    Parameters
+    ----------
+    arguments
+        Sweeps, seeds and output.
+    hand
+        A gripper (panda, 2f85, a .json file): grasp with it in the clutter-removal protocol
+        instead, over calibration error, noise, friction, mass, camera angle and density.
+    objects
+        With --hand: folder of meshes or URDFs, such as the one that holds packed/.
     """
     arguments = arguments or StressArguments()
+    if hand or objects is not None:
+        if not hand or objects is None:
+            raise InputError("--hand needs --objects FOLDER, and --objects needs --hand")
+        # The planner of parallel jaws loads kernels that other sweeps do not need.
+        from .jaw_stress import stress_jaws
+
+        return stress_jaws(hand, objects, arguments)
     if arguments.quick and not arguments.only:
         arguments = replace(arguments, only=QUICK)
     return run_stress(grasp_stage(arguments.only), arguments)
