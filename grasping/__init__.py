@@ -12,6 +12,8 @@ from .hands import (
     HandCommand,
     HandModel,
     HandReading,
+    JawCommand,
+    JawReading,
     ParallelHand,
     generic_jaw,
     load_hand,
@@ -20,7 +22,7 @@ from .plan import ApproachTask, GraspPlan
 from .planning import GraspOptions, plan_prototypes, select_prototype
 from .prototypes import Approach, GraspPurpose, Prototype
 from .report import ClearReport, Phase, PhaseRecord, PickOutcome, PickReport
-from .robot import Robot, RobotReading
+from .robot import Arm, ArmReading, Camera, Hand, Robot, RobotReading
 
 if TYPE_CHECKING:
     from .cell import Cell, CycleInfo
@@ -28,6 +30,7 @@ if TYPE_CHECKING:
     from .depth_correction import CORRECTED_SCALE_ERROR, DepthCorrection, correct_depth
     from .grasp_selection import FailedGrasps, select_grasp
     from .jaws import Grasp, GraspList, JawOptions, plan_grasps
+    from .joined_robot import JoinedRobot
     from .motion import execute
     from .pick_options import PickOptions
     from .pick_state import SelectedGrasp
@@ -37,6 +40,9 @@ __all__ = [
     "CORRECTED_SCALE_ERROR",
     "Approach",
     "ApproachTask",
+    "Arm",
+    "ArmReading",
+    "Camera",
     "Cell",
     "ClearOptions",
     "ClearReport",
@@ -49,10 +55,14 @@ __all__ = [
     "GraspPlan",
     "GraspPurpose",
     "GripOptions",
+    "Hand",
     "HandCommand",
     "HandModel",
     "HandReading",
+    "JawCommand",
     "JawOptions",
+    "JawReading",
+    "JoinedRobot",
     "ParallelHand",
     "Phase",
     "PhaseRecord",
@@ -82,6 +92,7 @@ _LAZY = {
     "Grasp": "jaws",
     "GraspList": "jaws",
     "JawOptions": "jaws",
+    "JoinedRobot": "joined_robot",
     "correct_depth": "depth_correction",
     "plan_grasps": "jaws",
     "Cell": "cell",

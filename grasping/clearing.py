@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from eyehand.control import CollisionWorld, PlannedApproach
 from eyehand.control.tasks import Posture
-from eyehand.errors import InputError
+from eyehand.errors import DeviceError, InputError
 
 from .frame_fusion import fuse_frames
 from .grasp_selection import FailedGrasps, GraspSelection, grasp_key, select_grasp
@@ -252,7 +252,7 @@ def observe(cell: Cell) -> tuple[Scene | None, float, str]:
             frame = fuse_frames(frames)
             scene = _without_tray(cell.perceive(frame), cell.tray)
             problem = validate_scene(frame, scene, cell.tray)
-        except InputError as error:
+        except (InputError, DeviceError) as error:
             scene, problem = None, f"no valid depth image: {error}"
         spent += 1e3 * (time.perf_counter() - began)
         if scene is not None and not problem:

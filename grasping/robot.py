@@ -1,4 +1,8 @@
-"""The robot protocol: the interface between a pick and a real or simulated robot."""
+"""The robot protocols: the interface between a pick and a real or simulated robot.
+
+A driver of a real robot implements `Arm`, `Hand` and `Camera`, and `JoinedRobot` joins them. A
+`Robot` is all three at once.
+"""
 
 from __future__ import annotations
 
@@ -30,6 +34,78 @@ class RobotReading:
     """Reason why the robot stopped itself; empty without a fault."""
 
 
+@dataclass(frozen=True)
+class ArmReading:
+    """State of an arm."""
+
+    time: float
+    """Time of the measurement by the arm's clock, s."""
+    q: NDArray[np.float64]
+    """Joint angles, (n,), rad."""
+    velocity: NDArray[np.float64]
+    """Joint velocities, (n,), rad/s."""
+    fault: str = ""
+    """Reason why the arm stopped itself; empty without a fault."""
+
+
+class Arm(Protocol):
+    """The driver of an arm.
+
+    It reports a lost connection by a `DeviceError` or an `OSError`. The arm must stop by itself
+    when commands stay away.
+    """
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """Names of the joints in the description, in the order of the readings."""
+        ...
+
+    @property
+    def period(self) -> float:
+        """Control period, s."""
+        ...
+
+    def read(self) -> ArmReading:
+        """Return the newest state without moving."""
+        ...
+
+    def step(self, velocity: NDArray[np.float64]) -> ArmReading:
+        """Command joint velocities (n,), rad/s, wait for one period, return the newest state."""
+        ...
+
+
+class Hand(Protocol):
+    """The driver of a hand. Its methods return at once.
+
+    A gripper with two jaws must sense its width. Its other senses are optional: effort, pad forces
+    and tactile images. It leaves them out of its readings.
+    """
+
+    @property
+    def model(self) -> HandModel | ParallelHand:
+        """Description of the hand."""
+        ...
+
+    def read(self) -> AnyReading:
+        """Return the newest readings."""
+        ...
+
+    def move(self, command: AnyCommand) -> None:
+        """Start to execute a command. It replaces the one before. It is often the same again."""
+        ...
+
+
+class Camera(Protocol):
+    """The driver of a depth camera."""
+
+    def capture(self) -> DepthFrame:
+        """Capture a depth image without the robot, as `Robot.capture`.
+
+        A dropped frame is a `DeviceError` or an `OSError`.
+        """
+        ...
+
+
 class Robot(Protocol):
     """An arm with a hand and a depth camera, stepped one control period at a time."""
 
@@ -37,8 +113,9 @@ class Robot(Protocol):
     def hand(self) -> HandModel | ParallelHand:
         """Model of the hand.
 
-        The names in it define the opposing finger (``thumb``), the pinching finger (``middle``)
-        and the fingertip pads (``<finger>_distal``). `HandModel` lists the rules.
+        For a hand with fingers, the names in it define the opposing finger (``thumb``), the
+        pinching finger (``middle``) and the fingertip pads (``<finger>_distal``). `HandModel` lists
+        the rules. A gripper with two jaws has a `ParallelHand`.
         """
         ...
 
@@ -52,7 +129,7 @@ class Robot(Protocol):
         """Name of the hand's frame in the robot description (`description`).
 
         Its origin is the middle of the palm's face. z points out of the palm, x from the fingers
-        to the thumb.
+        to the thumb. For a gripper with two jaws it is the tool frame of `ParallelHand`.
         """
         ...
 
@@ -61,13 +138,16 @@ class Robot(Protocol):
         """Names of the arm's joints in the description, in the order of the readings."""
         ...
 
-    def description(self, excursions: NDArray[np.float64]) -> Any:
-        """Describe arm and hand for control, at given tendon excursions (D,), m.
+    def description(self, posture: NDArray[np.float64]) -> Any:
+        """Describe arm and hand for control, in a posture of the hand.
+
+        The posture holds the tendon excursions (D,), m, of a hand with fingers, or the width (1,),
+        m, of a gripper.
 
         The result is a description that `eyehand.control.RobotModel.load` accepts. The pose of the
         robot's base is in the world frame, as `T_world_camera` and the tray are. If the base of
         a description is at the origin, move it by `T_world_base`. The keyframe ``home`` holds the
-        arm's rest posture, outside the camera's view, and the hand's joints at these excursions.
+        arm's rest posture, outside the camera's view, and the hand's joints in this posture.
         """
         ...
 

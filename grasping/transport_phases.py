@@ -24,6 +24,8 @@ MIN_WIDTH_SHARE = 0.3
 """Minimum distance of the fingertips that hold an object, as a share of the object's smallest
 extent. Off the middle of a round object the held chord is shorter, and the distance is known to a
 few mm only."""
+MIN_LIFT_SHARE = 0.5
+"""Minimum share of the lift height at which an arm that cannot rise further continues."""
 TRAY_CLEARANCE = 0.03
 """Height at which the object passes over the tray's walls, m."""
 PLACE_SECONDS = 8.0
@@ -38,6 +40,10 @@ def lift(cell: Cell, state: PickState) -> PhaseFailure | None:
     controller = state.move_off(cell, tasks, LIFT_SPEED)
     result = _carry(cell, state, controller, LIFT_SECONDS)
     if result:
+        return None
+    # An arm at a joint limit may stop early. Half of the way clears table and neighbours.
+    risen = float((cell.palm_pose().translation - palm.translation) @ UP)
+    if result.end in ("stuck", "late") and risen > MIN_LIFT_SHARE * cell.options.lift_height:
         return None
     if result.end == "stopped":
         return PhaseFailure("slipped", f"{result.reason} while lifting")
@@ -87,9 +93,10 @@ def place(cell: Cell, state: PickState) -> PhaseFailure | None:
         state.transit(cell, tasks, "held"),
     ):
         result = _carry(cell, state, controller, PLACE_SECONDS)
-        if result.end == "stuck" and tray.contains(cell.palm_pose().apply(centre_in_palm)):
+        short = result.end in ("stuck", "late")
+        if short and tray.contains(cell.palm_pose().apply(centre_in_palm)):
             result = MotionResult("reached", "")
-        if result.end != "stuck":
+        if not short or result:
             break
     if result.end == "stopped":
         return PhaseFailure("lost", f"{result.reason} on the way to the tray")

@@ -27,7 +27,7 @@ from .hand_description import (
 )
 from .hand_frame import find_frame
 from .pad_friction import grip_pads
-from .robot_names import ARMS, HANDS, INCLUDED_ARM, make_robot, robot_file
+from .robot_names import ARMS, FOLDER_VARIABLE, HANDS, INCLUDED_ARM, make_robot, robot_file
 from .sim_robot import SimRobot
 from .spec_assembly import match_options
 from .synergy_drives import SynergyDrives
@@ -38,6 +38,7 @@ __all__ = [
     "ARMS",
     "CAMERA",
     "DESCRIPTION_SUFFIX",
+    "FOLDER_VARIABLE",
     "HAND",
     "HANDS",
     "INCLUDED_ARM",

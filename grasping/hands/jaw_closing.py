@@ -26,6 +26,8 @@ STALL_SECONDS = 0.8
 """Time without motion and without effort after which the gripper does not follow, s."""
 GRIP_SECONDS = 0.25
 """Time in which the force rises to that of the grip, s."""
+MIN_FORCE = 20.0
+"""Force of each jaw however light the load seems, N. Its mass is an estimate."""
 CONTACT_FORCE_SHARE = 0.5
 """Share of the grip force with which the jaws close until they touch."""
 EFFORT_SHARE = 0.3
@@ -99,7 +101,7 @@ def grip_force(hand: ParallelHand, options: GripOptions) -> float:
     if options.load is None:
         return high
     needed = options.load * GRAVITY * options.safety / (2.0 * options.friction)
-    return float(np.clip(needed, low, high))
+    return float(np.clip(max(needed, MIN_FORCE), low, high))
 
 
 def empty_width(hand: ParallelHand) -> float:

@@ -1,0 +1,117 @@
+"""A simulated Panda in another process, behind a connection with delay, jitter and faults."""
+
+from __future__ import annotations
+
+import json
+import sys
+from contextlib import suppress
+from dataclasses import dataclass
+from multiprocessing.connection import Client
+
+import numpy as np
+
+from eyehand.apps.grasp.scenes import grasp_scene
+from eyehand.data_synth import DepthNoise
+from eyehand.data_synth.cell import GraspWorld, SimRobot, make_robot
+from eyehand.grasping import JawCommand
+
+KEY = b"robot"
+SCENE = ("single", 8, 1)
+"""Family, seed and number of objects."""
+
+
+@dataclass(frozen=True)
+class Faults:
+    """What goes wrong, and from which robot time on, s."""
+
+    delay: tuple[float, float] = (0.005, 0.030)
+    """Minimum and maximum delay of every message, s."""
+    gripper_stalls: float = np.inf
+    arm_stops: float = np.inf
+    arm_silent: float = np.inf
+    frames_dropped: int = 0
+    """Number of frames that the camera drops first."""
+    effort: bool = True
+    """Whether the gripper senses its effort."""
+
+
+class DelayedRobot:
+    """Answers requests in the robot's own time. Every message takes its delay."""
+
+    def __init__(self, faults: Faults) -> None:
+        robot = make_robot("panda")
+        self.sim = SimRobot(
+            GraspWorld.build(grasp_scene(*SCENE).objects, robot=robot, friction=1.0),
+            noise=DepthNoise.realistic(),
+        )
+        self.faults, self.rng = faults, np.random.default_rng(0)
+        self.dropped = 0
+        self.commands: list[tuple[float, np.ndarray]] = []
+        self.jaws: list[tuple[float, JawCommand]] = []
+        self.history = [self.sim.read()]
+        self.last = 0.0
+        for _ in range(75):
+            self.history.append(self.sim.step(np.zeros(7)))
+
+    def answer(self, name: str, *arguments):
+        """Return the answer to a request."""
+        return getattr(self, name)(*arguments)
+
+    def state(self):
+        """Return time, joint angles, velocities and fault."""
+        seen = self.seen()
+        return seen.time, seen.q, seen.velocity, seen.fault
+
+    def width(self):
+        """Return the width and, if sensed, the effort."""
+        hand = self.seen().hand
+        return (hand.width, hand.effort) if self.faults.effort else (hand.width,)
+
+    def move(self, width, force):
+        """Take a command of the gripper."""
+        self.jaws.append((self.arrival(), JawCommand(width, force)))
+
+    def step(self, velocity):
+        """Take velocities, and return the state one period later."""
+        self.commands.append((self.arrival(), velocity))
+        now = self.sim.data.time
+        active = [one for time, one in self.commands if time <= now]
+        commanded = active[-1] if active else np.zeros(7)
+        jaws = [one for time, one in self.jaws if time <= now]
+        if now >= self.faults.arm_stops:
+            commanded = np.zeros(7)
+        command = jaws[-1] if jaws and now < self.faults.gripper_stalls else None
+        if now >= self.faults.gripper_stalls:
+            command = JawCommand(self.history[-1].hand.width, 0.0)
+        self.history.append(self.sim.step(commanded, command))
+        return self.state()
+
+    def capture(self):
+        """Return a depth image; None for a dropped one."""
+        if self.dropped < self.faults.frames_dropped:
+            self.dropped += 1
+            return None
+        return self.sim.capture()
+
+    def arrival(self) -> float:
+        """Return when a message sent now arrives. Messages keep their order."""
+        self.last = max(self.last, float(self.sim.data.time) + self.rng.uniform(*self.faults.delay))
+        return self.last
+
+    def seen(self):
+        """Return the newest state whose message has arrived."""
+        until = self.sim.data.time - self.rng.uniform(*self.faults.delay)
+        until = min(until, self.faults.arm_silent)
+        return next((one for one in reversed(self.history) if one.time <= until), self.history[0])
+
+
+def serve(port: int, faults: Faults) -> None:
+    """Connect to a port of this computer, and answer requests until the connection closes."""
+    robot = DelayedRobot(faults)
+    with Client(("localhost", port), authkey=KEY) as connection, suppress(EOFError):
+        while True:
+            connection.send(robot.answer(*connection.recv()))
+
+
+if __name__ == "__main__":
+    serve(int(sys.argv[1]), Faults(**json.loads(sys.argv[2])))

@@ -1,0 +1,101 @@
+"""Picks over a process boundary with delays, and faults that end in named outcomes."""
+
+from __future__ import annotations
+
+import json
+import runpy
+import subprocess
+import sys
+from contextlib import contextmanager
+from dataclasses import asdict
+from multiprocessing.connection import Listener
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from eyehand.data_synth.cell import FOLDER_VARIABLE, GraspCell, robot_file
+from eyehand.errors import InputError
+from eyehand.grasping import Cell, ClearOptions, Tray, clear_table
+from eyehand.perception import perceive
+
+from . import delayed_robot
+from .delayed_robot import KEY, Faults
+
+EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "remote_robot.py"
+PLACE = GraspCell()
+ROBOTS = Path(__file__).resolve().parents[2].parent / "shared" / "robots"
+
+
+@pytest.fixture(autouse=True)
+def robots(monkeypatch):
+    """Name the folder of the robots' files."""
+    if ROBOTS.is_dir():
+        monkeypatch.setenv(FOLDER_VARIABLE, str(ROBOTS))
+    try:
+        robot_file("franka_emika_panda/panda.xml")
+    except InputError as error:
+        pytest.skip(str(error))
+
+
+@contextmanager
+def remote(faults: Faults):
+    """Start the robot's process and join its drivers, as the example shows."""
+    words = [sys.executable, delayed_robot.__file__]
+    with Listener(("localhost", 0), authkey=KEY) as listener:
+        port = listener.address[1]
+        process = subprocess.Popen([*words, str(port), json.dumps(asdict(faults))])
+        try:
+            with listener.accept() as connection:
+                make = runpy.run_path(str(EXAMPLE))["remote_robot"]
+                yield make(connection, PLACE.T_world_base)
+        finally:
+            process.wait(20.0)
+
+
+def clear(faults: Faults):
+    tray = Tray(np.array(PLACE.tray_centre), PLACE.tray_size, PLACE.tray_height)
+    with remote(faults) as robot:
+        options = ClearOptions(failures=1, capture_over_tray=False)
+        return clear_table(Cell(robot, perceive, tray), options=options)
+
+
+def test_example_is_short():
+    lines = [line for line in EXAMPLE.read_text().splitlines() if line.strip()]
+    assert len(lines) <= 40
+
+
+@pytest.mark.parametrize("effort", [True, False], ids=["width and effort", "width alone"])
+def test_object_is_placed_over_a_process_boundary_with_delay_and_jitter(effort):
+    report = clear(Faults(effort=effort))
+
+    assert report.picks[0].outcome == "placed", report
+    assert report.cleared
+
+
+def test_stalled_gripper_is_named():
+    report = clear(Faults(gripper_stalls=0.0))
+
+    assert report.picks[0].outcome == "hand_stalled", report
+    assert "stopped at 80 mm" in report.picks[0].reason
+
+
+def test_arm_that_stops_is_a_fault_and_dropped_frames_are_captured_again():
+    report = clear(Faults(arm_stops=1.0, frames_dropped=2))
+
+    assert report.picks[0].outcome == "fault"
+    assert "the arm does not follow" in report.stop_reason
+
+
+def test_arm_without_new_state_is_a_fault():
+    report = clear(Faults(arm_silent=1.0))
+
+    assert report.picks[0].outcome == "fault"
+    assert "no new state" in report.stop_reason
+
+
+def test_camera_without_frames_ends_clearing_with_its_reason():
+    report = clear(Faults(frames_dropped=100))
+
+    assert not report.picks
+    assert "the camera gave no image in 3 attempts" in report.stop_reason
