@@ -149,6 +149,7 @@ EXTRAS: dict[str, str] = {
     "vtkmodules": "view",
     "depthai": "oak",
     "gymnasium_robotics": "robots",
+    "mujoco_menagerie": "robots",
     "distributed": "cluster",
     "mink": "baselines",
     "open3d": "baselines",

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import difflib
 import os
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,6 +17,7 @@ from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.errors import InputError
 from eyehand.grasping import load_hand
+from eyehand.grasping.hands import describe_hand
 
 from .grasp_robot import GraspRobot
 from .jaw_robot import jaw_robot
@@ -88,8 +89,8 @@ def make_robot(
     arm
         Name of an arm, or an MJCF file. A file without a hand needs the site ``attachment_site``.
     hand
-        Name of a hand, or an MJCF file; empty for the arm's own hand. A file needs its description
-        beside it, ``gripper.json`` of ``gripper.xml``.
+        Name of a hand, or an MJCF file of a gripper; empty for the arm's own hand. The description
+        beside a file, ``gripper.json`` of ``gripper.xml``, replaces the measured one.
     mount
         Pose of the hand's file in the arm's flange: x, y, z in m; roll, pitch, yaw in rad. None
         means the default of a name.
@@ -199,14 +200,9 @@ def _gripper(hand: str) -> tuple[Path, ParallelHand, RigidTransform]:
 
 
 def _description(path: Path) -> ParallelHand:
-    """Read the description of a gripper beside its MJCF file."""
+    """Read the description of a gripper beside its MJCF file, or measure it in the file."""
     beside = path.with_suffix(".json")
-    if not beside.is_file():
-        raise InputError(
-            f"there is no description {beside} of the gripper in {path}: write it with "
-            f"eyehand hand describe {path}, or give --hand {_listed(HANDS)}"
-        )
-    return replace(load_hand(beside), name=path.stem)
+    return load_hand(beside) if beside.is_file() else describe_hand(path).hand
 
 
 def _file(text: str, what: str, names: Iterable[str]) -> Path:

@@ -14,6 +14,7 @@ from eyehand.apps.grasp.scenes import grasp_scene
 from eyehand.data_synth import DepthNoise
 from eyehand.data_synth.cell import GraspWorld, SimRobot, make_robot
 from eyehand.grasping import JawCommand
+from eyehand.grasping.hands.jaw_control import jaw_reading
 
 KEY = b"robot"
 SCENE = ("single", 8, 1)
@@ -64,7 +65,7 @@ class DelayedRobot:
 
     def width(self):
         """Return the width and, if sensed, the effort."""
-        hand = self.seen().hand
+        hand = jaw_reading(self.seen().hand)
         return (hand.width, hand.effort) if self.faults.effort else (hand.width,)
 
     def move(self, width, force):
@@ -82,7 +83,7 @@ class DelayedRobot:
             commanded = np.zeros(7)
         command = jaws[-1] if jaws and now < self.faults.gripper_stalls else None
         if now >= self.faults.gripper_stalls:
-            command = JawCommand(self.history[-1].hand.width, 0.0)
+            command = JawCommand(jaw_reading(self.history[-1].hand).width, 0.0)
         self.history.append(self.sim.step(commanded, command))
         return self.state()
 

@@ -1,0 +1,129 @@
+"""Robots by name, and the grippers that their files contain."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from eyehand.data_synth.cell import FOLDER_VARIABLE, GraspWorld, SimRobot, make_robot, robot_file
+from eyehand.data_synth.cell.jaw_assembly import name_parts
+from eyehand.data_synth.cell.jaw_mechanism import find_jaws
+from eyehand.data_synth.mujoco_import import import_mujoco
+from eyehand.errors import InputError
+from eyehand.grasping import JawCommand, JawReading
+
+ROBOTS = Path(__file__).resolve().parents[3].parent / "shared" / "robots"
+needs_files = pytest.mark.skipif(not ROBOTS.is_dir(), reason=f"no robot files in {ROBOTS}")
+
+
+@pytest.fixture(autouse=True)
+def folder(monkeypatch, tmp_path):
+    """Name the folder of the robots' files."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv(FOLDER_VARIABLE, str(ROBOTS))
+
+
+@needs_files
+@pytest.mark.parametrize(
+    ("file", "stroke", "force", "distance"),
+    [
+        ("franka_emika_panda/panda.xml", 0.080, 50.0, 0.1123),
+        ("franka_emika_panda/hand.xml", 0.080, 50.0, 0.1123),
+        # 0.1734 m from the mounting face, 10.8 mm before the body that carries the jaws.
+        ("robotiq_2f85/2f85.xml", 0.085, 47.0, 0.1626),
+    ],
+)
+def test_gripper_is_found_by_constraints_and_tendons(file, stroke, force, distance):
+    spec = import_mujoco().MjSpec.from_file(str(ROBOTS / file))
+    name_parts(spec)
+    found = find_jaws(spec, file)
+
+    assert found.stroke == pytest.approx(stroke, abs=1e-4)
+    assert found.force == pytest.approx(force, rel=0.01)
+    assert found.T_root_tool.translation[2] == pytest.approx(distance, abs=1e-3)
+    assert found.T_root_tool.rotation.as_matrix()[:, 2] == pytest.approx([0.0, 0.0, 1.0])
+    assert np.diff(found.widths).min() > 0
+
+
+@needs_files
+def test_hand_of_several_fingers_has_no_jaws():
+    spec = import_mujoco().MjSpec.from_file(str(ROBOTS / "wonik_allegro/right_hand.xml"))
+    name_parts(spec)
+    with pytest.raises(InputError, match="one motor must move two jaws"):
+        find_jaws(spec, "right_hand.xml")
+
+
+@needs_files
+@pytest.mark.parametrize(
+    ("arm", "hand", "joints"), [("panda", "", 7), ("ur5e", "2f85", 6), ("iiwa14", "2f85", 7)]
+)
+def test_arm_rests_outside_image_while_gripper_follows_width(arm, hand, joints):
+    kind = make_robot(arm, hand)
+    robot = SimRobot(GraspWorld.build((), robot=kind))
+    still = np.zeros(joints)
+    reading = robot.read()
+
+    assert len(kind.joints) == joints
+    for width in (0.03, 0.07):
+        for _ in range(250):
+            reading = robot.step(still, JawCommand(width, 20.0))
+        assert isinstance(reading.hand, JawReading)
+        assert reading.hand.width == pytest.approx(width, abs=1e-3)
+    assert np.abs(reading.q - kind.home).max() < 1e-3
+    # The tray, the edge of the table and the floor behind it give no reading.
+    assert robot.capture().valid.mean() > 0.88
+    assert not robot.take_contacts()
+
+
+@needs_files
+def test_files_are_as_good_as_names():
+    whole = make_robot(str(ROBOTS / "franka_emika_panda/panda.xml"))
+    named = make_robot("panda")
+    assert whole.joints == named.joints
+    assert whole.jaws is not None
+    assert whole.jaws.stroke == pytest.approx(0.08, abs=1e-3)
+    turned = make_robot("ur5e", "2f85", (0.0, 0.0, 0.01, 0.0, 0.0, 1.0))
+    assert turned.mount is not None
+    assert turned.mount.translation[2] == 0.01
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("pand",), "valid names are lbr, panda, ur5e, iiwa14.*did you mean panda"),
+        (("ur5e",), "has no hand of its own: give --hand panda, 2f85"),
+        (("lbr", "2f58"), "there is no hand '2f58'.*did you mean 2f85"),
+        (("panda", "own"), "goes with the arm 'lbr' only"),
+        (("panda", "panda", (0.0, 1.0)), "must be 6 numbers"),
+    ],
+)
+def test_unknown_robot_is_one_line_with_valid_names(arguments, message):
+    with pytest.raises(InputError, match=message) as error:
+        make_robot(*arguments)
+    assert "\n" not in str(error.value)
+
+
+def test_missing_files_name_extra_and_folder(monkeypatch, tmp_path):
+    monkeypatch.setenv(FOLDER_VARIABLE, str(tmp_path))
+    with pytest.raises(InputError, match=f"{FOLDER_VARIABLE}=.*there is no franka"):
+        robot_file("franka_emika_panda/panda.xml")
+    monkeypatch.delenv(FOLDER_VARIABLE)
+    monkeypatch.setitem(__import__("sys").modules, "mujoco_menagerie", None)
+    with pytest.raises(InputError, match=r"eyehand\[robots\].*EYEHAND_ROBOTS"):
+        robot_file("franka_emika_panda/panda.xml")
+
+
+def test_offline_package_is_one_line(monkeypatch):
+    class Offline:
+        class MenagerieError(Exception):
+            pass
+
+        def get(self, _name):
+            raise self.MenagerieError("cannot reach\nthe server")
+
+    monkeypatch.delenv(FOLDER_VARIABLE)
+    monkeypatch.setitem(__import__("sys").modules, "mujoco_menagerie", Offline())
+    with pytest.raises(InputError, match="cannot provide franka_emika_panda: cannot reach the"):
+        robot_file("franka_emika_panda/panda.xml")
