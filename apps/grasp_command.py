@@ -178,6 +178,8 @@ def _write(found: GraspedFrame, yaml: Path | None, picture: Path | None, page: P
 
 def _report(found: GraspedFrame, *, json_wanted: bool) -> None:
     """Print the table and the remarks, or why there is no grasp."""
+    if found.hand.pre_shape:
+        say(f"{found.hand.name}: {found.hand.pre_shape}; its description lists the joint positions")
     if found.grasps:
         show(grasp_table(found), json_wanted=json_wanted)
         for note in object_notes(found):

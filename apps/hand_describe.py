@@ -27,6 +27,7 @@ def hand_describe(
     name: str | None = None,
     palm: str | None = None,
     tcp: str | None = None,
+    pinch: Annotated[list[str] | None, Parameter(consume_multiple=True, negative="")] = None,
     range: Numbers = None,  # noqa: A002 - the name of the option
     force: Numbers = None,
     package_dir: Annotated[list[Path] | None, Parameter(negative="")] = None,
@@ -51,6 +52,9 @@ def hand_describe(
     tcp
         Site or body at the fingertips, or an axis of the palm's body (+x, -x, +y, …), where the
         direction of the fingers is in doubt.
+    pinch
+        Two bodies of fingers that are used as jaws. Default for a hand of several fingers: the
+        thumb and the finger with the largest stroke.
     range
         Lower and upper limit of joints that have none, m or rad.
     force
@@ -69,6 +73,7 @@ def hand_describe(
     choices = FileChoices(
         palm=palm,
         tcp=tcp,
+        pinch=_two("--pinch", pinch),
         joint_range=_pair("--range", range),
         force=_pair("--force", force),
         package_dirs=tuple(package_dir or ()),
@@ -107,3 +112,11 @@ def _pair(option: str, numbers: list[float] | None) -> tuple[float, float] | Non
     if len(numbers) != PAIR:
         raise InputError(f"{option} needs 2 numbers, got {len(numbers)}")
     return numbers[0], numbers[1]
+
+
+def _two(option: str, names: list[str] | None) -> tuple[str, str] | None:
+    if names is None:
+        return None
+    if len(names) != PAIR:
+        raise InputError(f"{option} needs 2 names of bodies, got {', '.join(names) or 'none'}")
+    return names[0], names[1]

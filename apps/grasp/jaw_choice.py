@@ -22,7 +22,8 @@ class JawChoice:
     """Options that choose the gripper."""
 
     hand: str | None = None
-    """Gripper: panda, 2f85, another built-in name, or the JSON file of its description."""
+    """Gripper: panda, 2f85, 2f140, hande, wsg50, allegro, shadow, or the JSON file of its
+    description, which eyehand hand describe writes."""
     stroke: float | None = None
     """Generic gripper: maximum distance between the pads, mm."""
     finger_depth: float | None = None

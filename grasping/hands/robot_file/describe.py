@@ -15,8 +15,9 @@ from eyehand.errors import InputError
 from ..parallel_hand import HandBox, HandJoint, ParallelHand, ToolPose
 from .jaw_boxes import camera_boxes, finger_boxes, palm_boxes, tool_origin
 from .jaw_force import jaw_force
-from .jaw_motion import between_jaws, jaw_motion
+from .jaw_motion import MAX_DRIVES, between_jaws, jaw_motion
 from .links import Links, find_branches, find_palm, root_body
+from .pinch import pinch_motion
 from .posing import Posing, find_drives
 from .read_model import read_model
 
@@ -33,6 +34,8 @@ MIN_GAP = 6e-3
 """Least distance between the pads at which the space between them is measured, m."""
 CURVED = 0.01
 """Share of a joint's range by which a straight line may differ from its positions."""
+MIN_SPAN = 0.01
+"""Least motion of a joint whose curve is listed, m or rad."""
 BETWEEN = 9
 """Positions that are listed for a joint that does not move linearly with the opening."""
 MIN_TURN = math.radians(3.0)
@@ -58,6 +61,9 @@ class FileChoices:
     """Range of joints that have none, m or rad."""
     force: tuple[float, float] | None = None
     """Minimum and maximum closing force of each jaw, N; None to take that of the motor."""
+    pinch: tuple[str, str] | None = None
+    """Bodies of the two fingers of a hand that are used as jaws; None to try all pairs of a hand
+    with many motors."""
     package_dirs: tuple[Path, ...] = ()
     """Folders with ROS packages."""
     name: str | None = None
@@ -118,6 +124,9 @@ def describe_hand(path: Path | str, choices: FileChoices | None = None) -> Descr
         branches = find_branches(links, palm)
         joints = links.joints(link for branch in branches for link in branch)
         drives = find_drives(links, joints, choices.joint_range)
+        if choices.pinch is not None or len(drives.joints) > MAX_DRIVES:
+            motion, names = pinch_motion(links, palm, branches, choices.pinch)
+            return _described(path, motion, choices, pinch=names)
         motion = jaw_motion(Posing(links, joints, drives), palm, branches, choices.tcp)
         return _described(path, motion, choices)
     except InputError as error:
@@ -125,7 +134,9 @@ def describe_hand(path: Path | str, choices: FileChoices | None = None) -> Descr
         raise InputError(text if text.startswith("--") else f"{path}: {text}") from None
 
 
-def _described(path: Path, motion: JawMotion, choices: FileChoices) -> DescribedHand:
+def _described(
+    path: Path, motion: JawMotion, choices: FileChoices, *, pinch: str = ""
+) -> DescribedHand:
     gaps = np.maximum(motion.gaps, 0.0)
     pad_low, pad_high, pad_bottom = _pads(motion)
     origin = tool_origin(motion, 0.5 * (pad_low + pad_high))
@@ -141,6 +152,10 @@ def _described(path: Path, motion: JawMotion, choices: FileChoices) -> Described
             )
         else:
             force = (0.0, round(found, 1))
+    if pinch:
+        remarks.append(
+            f"a hand of several fingers: {pinch} are used as two jaws, the other fingers are bent"
+        )
     turn = _turned(motion)
     if turn > MIN_TURN:
         remarks.append(
@@ -166,9 +181,11 @@ def _described(path: Path, motion: JawMotion, choices: FileChoices) -> Described
         force=force,
         mount_distance=_rounded(_mount_distance(motion, origin)),
         tip_advance=_rounded(float(motion.tips[-1] - motion.tips[0])),
+        kind="fingers" if pinch else "parallel",
+        pre_shape=f"pinch of {pinch}" if pinch else "",
         moving_jaws=len(motion.pads),
         tool=tool,
-        joints=_joints(motion),
+        joints=_joints(motion, everything=bool(pinch)),
         source=f"{path.name}, read by eyehand hand describe",
         checked=True,
         notes="; ".join(remarks),
@@ -250,8 +267,11 @@ def _mount_distance(motion: JawMotion, origin: NDArray[np.float64]) -> float:
     return float(origin[2] - ((start - place) @ turn) @ motion.axes[:, 2])
 
 
-def _joints(motion: JawMotion) -> tuple[HandJoint, ...]:
-    """Return the joints of the gripper with limits that move, with their positions."""
+def _joints(motion: JawMotion, *, everything: bool) -> tuple[HandJoint, ...]:
+    """Return the joints of the gripper that a driver commands, with their positions.
+
+    They are the driven joints and those that mimic them, or all joints of a hand of fingers.
+    """
     model = motion.shapes.posing.model
     links = motion.shapes.links
     drives = motion.shapes.posing.drives.joints
@@ -269,14 +289,16 @@ def _joints(motion: JawMotion) -> tuple[HandJoint, ...]:
             continue
         positions = motion.path[:, model.jnt_qposadr[joint]]
         opened, closed = float(positions[0]), float(positions[-1])
-        if abs(opened - closed) < 1e-4:
+        if abs(opened - closed) < 1e-4 and not everything:
             continue
         # Positions at opening 0 are extrapolated for jaws that do not close.
         rest = openings[-1] / max(openings[0] - openings[-1], 1e-9)
         closed_at_zero = closed + rest * (closed - opened)
+        if model.jnt_limited[joint]:
+            closed_at_zero = float(np.clip(closed_at_zero, *model.jnt_range[joint]))
         line = closed_at_zero + openings / openings[0] * (opened - closed_at_zero)
         between: tuple[float, ...] = ()
-        if np.abs(line - positions).max() > CURVED * abs(opened - closed):
+        if np.abs(line - positions).max() > CURVED * max(float(np.ptp(positions)), MIN_SPAN):
             asked = np.linspace(0.0, openings[0], BETWEEN + 2)[1:-1]
             values = np.interp(asked, openings[order], positions[order])
             between = tuple(round(float(value), 5) for value in values)

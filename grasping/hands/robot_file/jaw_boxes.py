@@ -59,17 +59,19 @@ def palm_boxes(motion: JawMotion, origin: NDArray[np.float64]) -> Boxes:
     front = _fixed_jaw_base(motion) - origin[2] if len(motion.pads) == 1 else np.inf
     motion.posed(0)
     palm = motion.shapes.triangles(fixed) @ motion.axes - origin
-    if len(motion.pads) == 1:
-        # The fixed jaw is one of the fingers. The tool frame moves along x while the jaw closes.
-        middles = motion.faces.mean(axis=1)
-        shift = float(middles[-1] - middles[0])
-        back, forth = np.array([min(shift, 0.0), 0, 0]), np.array([max(shift, 0.0), 0, 0])
-        boxes += [(low + back, high + forth) for low, high in slab_boxes([palm], high=front)]
-    else:
-        boxes += slab_boxes([palm])
+    # A fixed jaw is one of the fingers.
+    boxes += slab_boxes([palm], high=front)
     for linkage in _linkages(motion, origin):
         boxes += slab_boxes([linkage.with_palm])
-    return boxes
+    return _swept(motion, boxes)
+
+
+def _swept(motion: JawMotion, boxes: Boxes) -> Boxes:
+    """Widen boxes of the palm by the way of the tool frame along x while the jaws close."""
+    middles = motion.faces.mean(axis=1)
+    shifts = middles[-1] - middles
+    back, forth = np.array([shifts.min(), 0.0, 0.0]), np.array([shifts.max(), 0.0, 0.0])
+    return [(low + back, high + forth) for low, high in boxes]
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,7 +122,7 @@ def camera_boxes(motion: JawMotion, origin: NDArray[np.float64]) -> Boxes:
     """Return boxes around a camera and its mount on the palm, found by their names."""
     motion.posed(0)
     cloud = motion.shapes.triangles(_camera_geoms(motion)) @ motion.axes - origin
-    return slab_boxes([cloud]) if len(cloud) else []
+    return _swept(motion, slab_boxes([cloud])) if len(cloud) else []
 
 
 def _camera_geoms(motion: JawMotion) -> list[int]:

@@ -27,6 +27,9 @@ PAD_BREAK = 5e-3
 """Gap along the finger that ends a pad, m."""
 TIP_SHARE = 0.5
 """Share of the finger, from its tip, on which the pad is searched."""
+PAD_SHARE = 0.25
+"""Share of the finger, from its tip, into which every finger of a side reaches. The rest is
+linkage."""
 MIN_STROKE = 2e-3
 """Minimum stroke of a gripper, m."""
 SIDE_MARGIN = 0.1
@@ -194,26 +197,55 @@ def _measured(
     length = tip - (front if base < front < tip else base)
     low = tip - TIP_SHARE * length
     pads = tuple(
-        tuple(_pad_link(shapes, links, axes, low, 1.0 - 2.0 * side) for links in fingers)
+        _pad_links(shapes, fingers, axes, (low, tip - PAD_SHARE * length), 1.0 - 2.0 * side)
         for side, fingers in enumerate(jaws.fingers)
         if fingers
     )
     motion = JawMotion(
         shapes, jaws, axes, path, pads, np.zeros((len(path), 2)), np.zeros(len(path)), length
     )
-    for number in range(len(path)):
+    measured_faces(motion)
+    if len(pads) == 1:
+        motion.faces[:, 1] = _fixed_face(motion)
+    return motion
+
+
+def measured_faces(motion: JawMotion) -> None:
+    """Measure `faces` and `tips` of the moving jaws in all postures.
+
+    Raises
+    ------
+    InputError
+        If a jaw does not reach beside the other one.
+    """
+    for number in range(len(motion.path)):
         motion.posed(number)
-        parts = [motion.of_links(links) for links in pads]
+        parts = [motion.of_links(links) for links in motion.pads]
         motion.tips[number] = max(float(part[:, :, 2].max()) for part in parts)
-        low = motion.tips[number] - TIP_SHARE * length
+        low = motion.tips[number] - TIP_SHARE * motion.length
         for side, part in enumerate(parts):
             along = clipped(part, 2, low, np.inf)[:, 0]
             if not len(along):
                 raise InputError("no gripper is found: one jaw does not reach beside the other")
             motion.faces[number, side] = along.max() if side else along.min()
-    if len(pads) == 1:
-        motion.faces[:, 1] = _fixed_face(motion)
-    return motion
+
+
+def _pad_links(
+    shapes: HandShapes,
+    fingers: list[list[int]],
+    axes: NDArray[np.float64],
+    levels: tuple[float, float],
+    sign: float,
+) -> tuple[int, ...]:
+    """Return the pad's link of each finger that reaches near the tips.
+
+    `levels` are the z from which on the pad is searched, and the z that a finger must reach, m.
+    """
+    links = [_pad_link(shapes, finger, axes, levels[0], sign) for finger in fingers]
+    tops = [float((shapes.of_links([link]) @ axes)[:, :, 2].max(initial=-np.inf)) for link in links]
+    return tuple(
+        link for link, top in zip(links, tops, strict=True) if top >= min(levels[1], max(tops))
+    )
 
 
 def _pad_link(

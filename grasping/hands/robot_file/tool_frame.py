@@ -236,9 +236,9 @@ def approach_axis(
         If the named point does not exist, or two directions are equally likely.
     """
     axes = file_axes(shapes, path)
-    axes = axes[np.abs(axes @ jaws.closing) < 0.02]
+    axes = np.asarray(axes[np.abs(axes @ jaws.closing) < 0.02], dtype=np.float64)
     axes -= np.outer(axes @ jaws.closing, jaws.closing)
-    axes = _distinct(np.array([axis / np.sqrt(axis @ axis) for axis in axes]).reshape(-1, 3))
+    axes = _distinct(axes / np.sqrt((axes**2).sum(axis=1))[:, None])
     if not len(axes):
         helper = np.eye(3)[int(np.argmin(np.abs(jaws.closing)))]
         first = np.cross(jaws.closing, helper)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import shutil
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +23,7 @@ from gripper_files import (
 from eyehand.apps.main import main
 from eyehand.errors import InputError
 from eyehand.grasping.hands import FileChoices, ParallelHand, describe_hand, load_hand, read_hand
+from eyehand.grasping.hands.robot_file.read_model import read_model
 
 ROBOTS = Path(__file__).resolve().parents[4] / "shared" / "robots"
 MM = 1e-3
@@ -233,6 +235,62 @@ def test_built_in_hand_equals_its_file(name, file):
     assert [joint.name for joint in built_in.joints] == [joint.name for joint in found.joints]
     for joint, other in zip(built_in.joints, found.joints, strict=True):
         assert joint.at(0.5) == pytest.approx(other.at(0.5), abs=0.01)
+
+
+def shadow_file() -> Path:
+    spec = find_spec("gymnasium_robotics")
+    if spec is None or spec.origin is None:
+        pytest.skip("gymnasium_robotics is not installed")
+    return Path(spec.origin).parent / "envs" / "assets" / "hand" / "reach.xml"
+
+
+@pytest.mark.parametrize("name", ["allegro", "shadow"])
+def test_fingers_of_a_hand_are_jaws(name):
+    """Thumb and finger close along one line, with their joints inside the limits of the file."""
+    path = ROBOTS / "wonik_allegro" / "right_hand.xml" if name == "allegro" else shadow_file()
+    if not path.is_file():
+        pytest.skip(f"no {path}")
+    found, built_in = describe_hand(path), load_hand(name)
+    hand = found.hand
+
+    assert built_in.kind == hand.kind == "fingers"
+    assert built_in.pre_shape == hand.pre_shape
+    for value in ("stroke", "min_opening", "finger_depth", "tip_advance", "mount_distance"):
+        assert getattr(built_in, value) == pytest.approx(getattr(hand, value), abs=MM), value
+    model = read_model(path)
+    assert {joint.name for joint in hand.joints} == {joint.name for joint in built_in.joints}
+    for joint in hand.joints:
+        low, high = model.jnt_range[model.joint(joint.name).id]
+        positions = [joint.at(share) for share in np.linspace(0.0, 1.0, 21)]
+        assert low - 1e-4 <= min(positions) <= max(positions) <= high + 1e-4
+    for triangles, opening in ((found.opened, hand.stroke), (found.closed, hand.min_opening)):
+        points = triangles.reshape(-1, 3)
+        boxes = np.concatenate([hand.jaw_boxes(opening), hand.fixed_boxes()])
+        inside = (points[:, None] > boxes[:, 0] - 2 * MM) & (points[:, None] < boxes[:, 1] + 2 * MM)
+        assert inside.all(axis=2).any(axis=1).mean() > 0.99
+
+
+def test_fingers_that_pinch_are_named(tmp_path):
+    path = ROBOTS / "wonik_allegro" / "right_hand.xml"
+    if not path.is_file():
+        pytest.skip(f"no {path}")
+    with pytest.raises(InputError, match=r"--pinch nobody: .* the fingers are ff_base, mf_base"):
+        describe_hand(path, FileChoices(pinch=("th_tip", "nobody")))
+    with pytest.raises(InputError, match="of one finger"):
+        describe_hand(path, FileChoices(pinch=("th_distal", "th_base")))
+
+
+def test_hands_from_data_sheets_say_so():
+    for name, stroke, force in (
+        ("2f140", 0.14, (10.0, 125.0)),
+        ("hande", 0.05, (20.0, 185.0)),
+        ("wsg50", 0.11, (5.0, 80.0)),
+    ):
+        hand = load_hand(name)
+        assert (hand.stroke, hand.force) == (stroke, force)
+        assert not hand.checked
+        assert "data sheet" in hand.source
+        assert "Not checked against a file" in hand.notes
 
 
 def test_command_writes_a_description_that_grasp_reads(tmp_path, capsys):

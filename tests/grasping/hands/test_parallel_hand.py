@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import MISSING, fields
 from pathlib import Path
 
 import numpy as np
@@ -10,12 +11,15 @@ import pytest
 
 from eyehand.errors import InputError
 from eyehand.grasping.hands import (
+    ParallelHand,
     built_in_hands,
     generic_jaw,
     load_hand,
     read_hand,
     write_hand,
 )
+from eyehand.grasping.hands.hand_files import FOLDER
+from eyehand.grasping.hands.parallel_hand import SENSES
 
 ROBOTS = Path(__file__).resolve().parents[4] / "shared" / "robots"
 
@@ -149,3 +153,15 @@ def test_invalid_joints_are_refused(tmp_path, joints):
     path.write_text(json.dumps(json.loads(path.read_text()) | {"joints": joints}))
     with pytest.raises(InputError, match=r"joint|'open'"):
         read_hand(path)
+
+
+def test_schema_has_the_fields_of_a_hand():
+    schema = json.loads((FOLDER / "schema.json").read_text())
+    names = {field.name for field in fields(ParallelHand)}
+    assert set(schema["properties"]) == names | {"schema"}
+    needed = {field.name for field in fields(ParallelHand) if field.default is MISSING}
+    assert set(schema["required"]) == needed | {"schema", "kind"}
+    assert schema["properties"]["senses"]["items"]["enum"] == list(SENSES)
+    page = (Path(__file__).parents[3] / "docs/guides/hand_description.md").read_text()
+    for name in (*names, *built_in_hands()):
+        assert f"`{name}`" in page
