@@ -1,7 +1,7 @@
 """Load the description of a hand by its name or from a JSON file.
 
-docs/guides/hand_description.md describes the fields of the file, and descriptions/schema.json is its
-JSON schema.
+docs/guides/hand_description.md describes the fields of the file. Its JSON schema is
+descriptions/schema.json.
 """
 
 from __future__ import annotations

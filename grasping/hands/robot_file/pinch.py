@@ -311,7 +311,7 @@ def _axes(
     z = forward - (forward @ x) * x
     z /= np.linalg.norm(z)
     turn, _ = shapes.base_pose()
-    return turn.T @ np.column_stack([x, np.cross(z, x), z])
+    return np.asarray(turn.T @ np.column_stack([x, np.cross(z, x), z]), dtype=np.float64)
 
 
 def _as_jaws(

@@ -237,7 +237,7 @@ def approach_axis(
     """
     axes = file_axes(shapes, path)
     axes = np.asarray(axes[np.abs(axes @ jaws.closing) < 0.02], dtype=np.float64)
-    axes -= np.outer(axes @ jaws.closing, jaws.closing)
+    axes = axes - (axes @ jaws.closing)[:, None] * jaws.closing
     axes = _distinct(axes / np.sqrt((axes**2).sum(axis=1))[:, None])
     if not len(axes):
         helper = np.eye(3)[int(np.argmin(np.abs(jaws.closing)))]
