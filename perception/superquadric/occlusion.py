@@ -30,6 +30,8 @@ MIN_CHANGE = 0.2
 """Change of an extent below which an alternative is no other solid, as a share of the extent."""
 MAX_EXTENSION = 1.5
 """Maximum extension of a side, in the longest extent of the solid."""
+MAX_SHRINK = 0.95
+"""Share of its extent by which a side moves inwards at most."""
 MIN_HIDDEN = 0.04
 """Minimum number of hidden rays that an alternative gains or loses, over those on the object."""
 MORE_COVERED = 0.02
@@ -207,7 +209,8 @@ def _ends(view: _View, axis: int, outwards: NDArray[np.float64]) -> list[Candida
             low, high, farther = (middle, high, tried) if tried else (low, middle, farther)
         found.append(farther)
     beyond = float(solid.support(outwards)) - float((view.points @ outwards).max())
-    if beyond > least:
+    # A solid far from its points would have no extent left.
+    if least < beyond < MAX_SHRINK * extent:
         nearer = candidate(-beyond)
         found += [nearer] if nearer is not None else []
     return found

@@ -1,11 +1,17 @@
 """Tests of the alternatives of solids whose end is hidden."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.spatial.transform import RigidTransform
 from synthetic_solids import Box, solid_frame
 
-from eyehand.perception import DepthFrame, SuperquadricFit, SupportPlane, fit_region
+from eyehand.perception import DepthFrame, FitOptions, SuperquadricFit, SupportPlane, fit_region
+from eyehand.perception.superquadric.occlusion import occlusion_alternatives
+from eyehand.perception.superquadric.outliers import FilteredCloud
+from eyehand.perception.superquadric.problem import Observation
 
 NOISE = 0.0007
 """Noise of the readings, m."""
@@ -74,3 +80,19 @@ def test_box_whose_ends_are_seen_has_no_alternatives(occluders: tuple[Box, ...])
     assert fit
     assert not fit.ambiguous
     assert ends(fit)[0] == pytest.approx(true_end(box), abs=0.003)
+
+
+def test_points_far_inside_the_end_of_a_solid_are_no_error():
+    _, fit = fit_box(0.0, Box(0.09, 0.5, (0.13, 0.03, 0.25)))
+    evidence = fit.evidence
+    assert fit.superquadric is not None
+    assert evidence is not None
+    cloud = FilteredCloud(evidence.points, 0.0, on_grid=True)
+    view = Observation(cloud, evidence.view_origin, evidence.plane, evidence.free_space)
+    for shift in (0.1, 0.3, 1.0):
+        pose = RigidTransform.from_translation(shift * SIDE) * fit.superquadric.pose
+        away = replace(fit.superquadric, pose=pose)
+        first = replace(fit.candidates[0], superquadric=away)
+        moved = replace(fit, superquadric=away, parts=(away,), candidates=(first,))
+        found = occlusion_alternatives(moved, view, FitOptions())
+        assert all(np.all(other.superquadric.semi_axes > 0) for other in found)
