@@ -37,6 +37,7 @@ def grasp_command(
     jaw: Annotated[JawChoice | None, Parameter(name="*", group="Gripper")] = None,
     calibration_error: float = 3.0,
     friction: float = 0.6,
+    guarded: bool = False,
     top: int = 10,
     table_height: float | None = None,
     camera: Path | None = None,
@@ -65,6 +66,8 @@ def grasp_command(
         Standard deviation of the gripper's position relative to the image, mm.
     friction
         Coulomb friction coefficient of pads and objects.
+    guarded
+        The arm stops at the first contact of the hand, and closes there.
     top
         Number of grasps that are reported.
     table_height
@@ -93,7 +96,7 @@ def grasp_command(
     """
     check_source(frame, oak, record, frames)
     hand = (jaw or JawChoice()).load()
-    options = _options(calibration_error, friction)
+    options = _options(calibration_error, friction, guarded=guarded)
     if top < 1:
         raise InputError(f"--top must be >= 1, got {top}")
     if table_height is not None and not math.isfinite(table_height):
@@ -126,13 +129,15 @@ def grasp_command(
     return 0 if offered else 1
 
 
-def _options(calibration_error: float, friction: float) -> JawOptions:
+def _options(calibration_error: float, friction: float, *, guarded: bool) -> JawOptions:
     if not 0.0 <= calibration_error <= MAX_CALIBRATION_ERROR:
         raise InputError(
             f"--calibration-error must be 0 to {MAX_CALIBRATION_ERROR:g} mm, got "
             f"{calibration_error:g}"
         )
-    return JawOptions(friction=friction, calibration_error=1e-3 * calibration_error)
+    return JawOptions(
+        friction=friction, calibration_error=1e-3 * calibration_error, guarded=guarded
+    )
 
 
 def _check_outputs(outputs: dict[str, Path | None], *, several: bool) -> None:
