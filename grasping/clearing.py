@@ -122,7 +122,8 @@ class _Clearing:
     def add_failed_grasp(self) -> None:
         assert self.grasp is not None, "a pick has a grasp"
         place = self.grasp.target.points.mean(axis=0)
-        self.failed.add(place, grasp_key(self.grasp.plan))
+        slipped = self.picks[-1].outcome in ("slipped", "lost")
+        self.failed.add(place, grasp_key(self.grasp.plan), slipped=slipped)
 
     def move_home(self) -> None:
         assert self.scene is not None, "the arm moves after a valid observation"

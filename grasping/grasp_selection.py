@@ -54,21 +54,30 @@ class FailedGrasps:
     """Places of objects that a pick failed on, each (3,), m."""
     keys: list[set[str]] = field(default_factory=list)
     """Keys of the failed grasps at each place, as `grasp_key` returns them."""
+    heavy: list[bool] = field(default_factory=list)
+    """Whether an object slipped out of the lifted hand at each place."""
 
     def at(self, place: NDArray[np.float64]) -> set[str]:
         """Return the keys of the grasps that failed at a place (3,), m."""
         index = self._find(place)
         return self.keys[index] if index is not None else set()
 
-    def add(self, place: NDArray[np.float64], key: str) -> None:
+    def is_heavy(self, place: NDArray[np.float64]) -> bool:
+        """Return whether the object at a place (3,), m, slipped out of the lifted hand before."""
+        index = self._find(place)
+        return index is not None and self.heavy[index]
+
+    def add(self, place: NDArray[np.float64], key: str, *, slipped: bool = False) -> None:
         """Add a failed grasp at a place (3,), m."""
         index = self._find(place)
         if index is None:
             self.places.append(place)
             self.keys.append({key})
+            self.heavy.append(slipped)
         else:
             self.places[index] = place
             self.keys[index].add(key)
+            self.heavy[index] = self.heavy[index] or slipped
 
     def _find(self, place: NDArray[np.float64]) -> int | None:
         distances = [float(np.linalg.norm(place - other)) for other in self.places]
@@ -145,7 +154,8 @@ def select_grasp(
         reason = check_reachability(cell, PickState(grasp, 0), worlds)
         if not reason:
             plan_ms = spent_ms + 1e3 * (time.perf_counter() - began)
-            grasp = SelectedGrasp(scene, item, plan, perceive_ms, plan_ms)
+            firm = failed.is_heavy(item.points.mean(axis=0))
+            grasp = SelectedGrasp(scene, item, plan, perceive_ms, plan_ms, firm)
             return GraspSelection(grasp, _by_label(skipped), plan_ms)
         skipped[item.label] = reason
     return GraspSelection(None, _by_label(skipped), spent_ms + 1e3 * (time.perf_counter() - began))

@@ -69,6 +69,8 @@ class SelectedGrasp:
     """Computing time of perception, ms."""
     plan_ms: float = 0.0
     """Computing time of the selection, ms."""
+    firm: bool = False
+    """Whether the hand grips with its full force, because the object slipped out before."""
 
 
 @dataclass(frozen=True)
