@@ -39,6 +39,8 @@ if TYPE_CHECKING:
 LOADED_WEIGHT = 0.3
 """Weight of the score of an object that another one rests on. Upper objects go first, but two
 objects that rest on each other must both stay possible."""
+FALL_DISTANCE = 0.08
+"""Distance from its place within which an object that slipped out of the hand lies, m."""
 REPEATED_WEIGHT = 0.4
 """Weight of the score of a grasp whose kind already failed on the object. Other kinds go first."""
 WARNED_WEIGHT = {"cut_by_image": 0.3, "may_be_several": 0.5}
@@ -63,9 +65,13 @@ class FailedGrasps:
         return self.keys[index] if index is not None else set()
 
     def is_heavy(self, place: NDArray[np.float64]) -> bool:
-        """Return whether the object at a place (3,), m, slipped out of the lifted hand before."""
-        index = self._find(place)
-        return index is not None and self.heavy[index]
+        """Return whether an object slipped out of the lifted hand near a place (3,), m."""
+        near = [
+            float(np.linalg.norm(place - other)) < FALL_DISTANCE
+            for other, heavy in zip(self.places, self.heavy, strict=True)
+            if heavy
+        ]
+        return any(near)
 
     def add(self, place: NDArray[np.float64], key: str, *, slipped: bool = False) -> None:
         """Add a failed grasp at a place (3,), m."""

@@ -227,3 +227,19 @@ def test_objects_with_warnings_come_later():
     second = select_grasp(cell, warned, FailedGrasps()).grasp
     assert second is not None
     assert second.target.label != first.target.label
+
+
+def test_object_that_slipped_is_gripped_with_full_force_where_it_fell():
+    robot = FakeRobot()
+    cell = Cell(robot, lambda _frame: ground_truth_scene([box()], VIEW), TRAY)
+    scene = cell.perceive(robot.capture())
+    place = scene.objects[0].points.mean(axis=0)
+    memory = FailedGrasps()
+    memory.add(place + np.array([0.05, 0.0, 0.0]), "top pincer", slipped=False)
+    soft = select_grasp(cell, scene, memory).grasp
+    memory.add(place + np.array([0.05, 0.0, 0.0]), "top pincer", slipped=True)
+    firm = select_grasp(cell, scene, memory).grasp
+
+    assert soft is not None
+    assert firm is not None
+    assert (soft.firm, firm.firm) == (False, True)
