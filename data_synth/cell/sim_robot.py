@@ -138,13 +138,13 @@ class SimRobot:
         """The state, `mujoco.MjData`; read only."""
         return self._data
 
-    def description(self, excursions: NDArray[np.float64]) -> Any:
+    def description(self, posture: NDArray[np.float64]) -> Any:
         """Return the `MjSpec` of arm and hand for the controller.
 
-        Its keyframe ``home`` holds the hand's posture at the tendon excursions (D,), m.
+        Its keyframe ``home`` holds the hand's joints at tendon excursions (D,) or a width (1,), m.
         """
         robot = self._world.robot
-        return robot.description(robot.home, excursions, self._world.cell.T_world_base)
+        return robot.description(robot.home, posture, self._world.cell.T_world_base)
 
     def read(self) -> RobotReading:
         """Return the current state."""

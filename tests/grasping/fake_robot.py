@@ -54,9 +54,9 @@ class FakeRobot:
         self.in_thumb_contact = False
         self.commands: list[HandCommand] = []
 
-    def description(self, excursions):
+    def description(self, posture):
         """Describe the included arm and hand."""
-        return ROBOT.description(ROBOT.home, excursions, self.T_world_base)
+        return ROBOT.description(ROBOT.home, posture, self.T_world_base)
 
     def capture(self):
         """Return an image that no test reads."""
