@@ -91,7 +91,14 @@ def hand_json(hand: ParallelHand) -> str:
     for joint in given.get("joints", ()):
         if not joint["between"]:
             del joint["between"]
-    return json.dumps({"schema": SCHEMA, "kind": kind, **given}, indent=2)
+    lines = []
+    for name, value in {"schema": SCHEMA, "kind": kind, **given}.items():
+        if isinstance(value, tuple) and isinstance(value[0], dict):
+            rows = ",\n".join(f"    {json.dumps(row)}" for row in value)
+            lines.append(f'  "{name}": [\n{rows}\n  ]')
+        else:
+            lines.append(f'  "{name}": {json.dumps(value)}')
+    return "{\n" + ",\n".join(lines) + "\n}"
 
 
 def _read_json(path: Path) -> Any:

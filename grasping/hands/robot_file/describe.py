@@ -132,6 +132,9 @@ def describe_hand(path: Path | str, choices: FileChoices | None = None) -> Descr
     except InputError as error:
         text = str(error)
         raise InputError(text if text.startswith("--") else f"{path}: {text}") from None
+    except (ValueError, IndexError, ZeroDivisionError) as error:
+        # Degenerate shapes leave nothing to measure: no point, no area, no motion.
+        raise InputError(f"{path}: the gripper cannot be measured: {error}") from None
 
 
 def _described(

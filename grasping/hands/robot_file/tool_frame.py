@@ -238,13 +238,14 @@ def approach_axis(
     axes = file_axes(shapes, path)
     axes = np.asarray(axes[np.abs(axes @ jaws.closing) < 0.02], dtype=np.float64)
     axes = axes - (axes @ jaws.closing)[:, None] * jaws.closing
-    axes = _distinct(axes / np.sqrt((axes**2).sum(axis=1))[:, None])
+    lengths = np.sqrt((axes**2).sum(axis=1))[:, None]
+    axes = _distinct(np.asarray(axes / lengths, dtype=np.float64))
     if not len(axes):
         helper = np.eye(3)[int(np.argmin(np.abs(jaws.closing)))]
         first = np.cross(jaws.closing, helper)
         first /= np.linalg.norm(first)
         second = np.cross(jaws.closing, first)
-        axes = np.array([first, -first, second, -second])
+        axes = np.array([first, -first, second, -second], dtype=np.float64)
     shapes.pose(path[-1])
     fingers = shapes.of_links(jaws.sides[0] + jaws.sides[1]).reshape(-1, 3)
     palm = shapes.triangles(shapes.fixed_geoms).reshape(-1, 3)
