@@ -243,6 +243,9 @@ BAD = {
     "negative seed": (["demo", "--seed", "-1"], "--seed"),
     "camera alone": (["demo", "--camera", "c.json"], "--camera"),
     "robot without hand": (["demo", "--robot", "r.xml"], "--hand-frame"),
+    "unknown arm": (["demo", "--arm", "pand"], "did you mean panda?"),
+    "arm without hand": (["demo", "--arm", "ur5e"], "--hand panda, 2f85"),
+    "mount alone": (["demo", "--mount", "0 0 0 0 0 0"], "--mount needs --arm and --hand"),
     "no robot": (["demo", "--robot", "r.xml", "--hand-frame", "palm"], "r.xml"),
     "scene without truth": (["demo", "--scene", "."], "ground_truth.json"),
 }
