@@ -147,3 +147,58 @@ def mesh_package(folder: Path) -> Path:
     path = package / "urdf" / "rack.urdf"
     path.write_text(rack_and_pinion(*shapes))
     return path
+
+
+def mimic_linkage() -> str:
+    """URDF: knuckles, fingers and a pad on each side that mimic one hinge; 0 to 64 mm.
+
+    The inner knuckles are continuous joints without limits. The effort of 1000 is a placeholder.
+    """
+    limit = '<limit lower="{}" upper="0.8" effort="1000" velocity="2"/>'
+    text = '<robot name="linkage">' + LINK.format(
+        name="base", at="0 0 0.03", shape=box(".07 .06 .06")
+    )
+    for side, sign, turn in (("left", 1, 0.0), ("right", -1, np.pi)):
+        shapes = {
+            "knuckle": (".0175 0 .02", ".008 .02 .03"),
+            "finger": ("-.012 0 .03", ".014 .022 .06"),
+            "pad": ("-.02 0 .04", ".006 .022 .035"),
+            "inner": ("0 0 .015", ".006 .014 .03"),
+        }
+        for name, (at, size) in shapes.items():
+            text += LINK.format(name=f"{side}_{name}", at=at, shape=box(size))
+        follow = '<mimic joint="left_drive" multiplier="{}"/>'
+        for name, kind, parent, child, at, more in (
+            (
+                "drive",
+                "revolute",
+                "base",
+                f"{side}_knuckle",
+                f"{0.02 * sign} 0 .06",
+                limit.format(0) + (follow.format(1) if sign < 0 else ""),
+            ),
+            (
+                "tip",
+                "revolute",
+                f"{side}_knuckle",
+                f"{side}_finger",
+                ".035 0 .065",
+                limit.format(-0.8) + follow.format(-1),
+            ),
+            ("fixed", "fixed", f"{side}_finger", f"{side}_pad", "0 0 0", ""),
+            (
+                "inner_joint",
+                "continuous",
+                "base",
+                f"{side}_inner",
+                f"{0.008 * sign} 0 .06",
+                follow.format(1),
+            ),
+        ):
+            yaw = turn if parent == "base" else 0.0
+            text += (
+                f'<joint name="{side}_{name}" type="{kind}"><parent link="{parent}"/>'
+                f'<child link="{child}"/><origin xyz="{at}" rpy="0 0 {yaw}"/>'
+                f'<axis xyz="0 -1 0"/>{more}</joint>'
+            )
+    return text + "</robot>"

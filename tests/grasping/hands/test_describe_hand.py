@@ -16,6 +16,7 @@ from gripper_files import (
     ONE_JAW,
     SWAPPED,
     mesh_package,
+    mimic_linkage,
     parallelogram,
     rack_and_pinion,
 )
@@ -118,6 +119,21 @@ def test_boxes_hold_the_whole_gripper_open_and_closed(tmp_path, text, suffix):
         boxes = np.concatenate([hand.jaw_boxes(opening), hand.fixed_boxes()])
         inside = (points[:, None] > boxes[:, 0] - MM / 2) & (points[:, None] < boxes[:, 1] + MM / 2)
         assert inside.all(axis=2).any(axis=1).all()
+
+
+def test_linkage_of_mimic_joints_without_loops(tmp_path):
+    path = tmp_path / "linkage.urdf"
+    path.write_text(mimic_linkage())
+    found = describe_hand(path)
+    hand = found.hand
+
+    # The pad's face is 23 mm inside a joint at 55 mm.
+    assert hand.stroke == pytest.approx(0.064, abs=2e-4)
+    assert hand.min_opening == 0.0
+    assert hand.pad_width == pytest.approx(0.022)
+    assert "--force LOW HIGH" in found.remarks[0]
+    names = {joint.name for joint in hand.joints}
+    assert {"left_drive", "right_drive", "left_tip", "right_tip"} <= names
 
 
 def test_one_jaw_against_a_fixed_one_on_an_arm(tmp_path):
