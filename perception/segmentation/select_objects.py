@@ -45,6 +45,8 @@ SEAM_HEIGHT = 2.0
 """Maximum height of a seam, in heights of one pixel on the support."""
 MAX_SEAM_INTERIOR = 0.1
 """Maximum share of a seam's pixels with four neighbours in it. Seams are one or two pixels wide."""
+BOARD_MARGIN = 0.01
+"""Maximum distance of a piece of a board above or below the board's front edge, m."""
 MAX_PLAY = 0.02
 """Maximum distance of a leg's highest candidates from their limit, m."""
 BORDER = 2
@@ -99,11 +101,14 @@ def select_objects(
     order_of_pixels, starts = pixels_by_label(labels, len(sizes) - 1)
     renumber = np.zeros(len(sizes), np.int32)
     following = 1
+    boards: list[NDArray[np.float64]] = []
     for rank, label in enumerate(order):
         if rank < MAX_REGIONS:
             pixels = order_of_pixels[starts[label] : starts[label + 1]]
             region = _Region(*sample_region(pixels, image.disparity, image.pinhole))
             if supports and _is_seam(region, pixels, labels, supports[0], image):
+                continue
+            if supports and _lies_on_board(region.points, supports, boards):
                 continue
             if not _is_object(region, supports, max_extent):
                 continue
@@ -116,9 +121,7 @@ def _is_object(region: _Region, supports: list[Support], max_extent: float) -> b
     points, cut_points = region
     if not len(points):
         return False
-    if any(is_board(points, support) for support in supports) or (
-        supports and is_side(points, supports)
-    ):
+    if supports and is_side(points, supports):
         return False
     low, high = _range(points)
     if np.linalg.norm(high - low) > max_extent:
@@ -145,6 +148,25 @@ def _is_object(region: _Region, supports: list[Support], max_extent: float) -> b
         inside = np.count_nonzero(depth_in_hull(foot, support.hull) > margin)
         if inside >= MIN_FOOT_INSIDE * len(foot):
             return not is_wall(points, support)
+    return False
+
+
+def _lies_on_board(
+    points: NDArray[np.float64], supports: list[Support], boards: list[NDArray[np.float64]]
+) -> bool:
+    """Return whether a region is a board, or a piece of one at the same height.
+
+    The heights (2,) of a board are added to `boards`. The noise of a board at a grazing angle
+    leaves pieces of it, which are smaller and follow later.
+    """
+    if not len(points):
+        return False
+    low, high = _range(points @ supports[0].plane.normal)
+    if any(low > board[0] - BOARD_MARGIN and high < board[1] + BOARD_MARGIN for board in boards):
+        return True
+    if any(is_board(points, support) for support in supports):
+        boards.append(np.array([low, high]))
+        return True
     return False
 
 
