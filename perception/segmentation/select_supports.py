@@ -34,8 +34,9 @@ MIN_FIRST_AREA = 0.015
 MIN_STACK = 0.1
 """Minimum distance between a small board and the best plane, m. A box that overhangs the one below
 it also has an open space below its edge, but its top is lower."""
-MIN_OPEN_AREA = 0.006
-"""The same for a plane with an open space below its front edge. Objects may cover most of it."""
+MIN_COVERED_AREA, MIN_COVERED_HULL = 0.006, 0.02
+"""The same for a small table that objects cover, and minimum area of its hull, m². Parts of other
+things have smaller hulls."""
 MIN_RIVAL_SCORE = 0.3
 """Minimum score, relative to the best one, of a plane that can take the place of the best one."""
 MIN_BOARD_SCORE = 0.05
@@ -119,11 +120,17 @@ def further_boards(
         if known or open_share(plane, hull, best.axes, image) < MIN_OPEN:
             continue
         board = locate_support(plane, float(median(points[:, 2])), image)
-        if board is None or board.area < MIN_OPEN_AREA or not _is_apart(board, best):
+        if board is None or not (_is_large(board) and _is_apart(board, best)):
             continue
         if board.score >= MIN_BOARD_SCORE * best.score:
             boards.append(board)
     return boards
+
+
+def _is_large(board: Support) -> bool:
+    """Return whether a plane has the size of a table, of which objects may cover most."""
+    covered = board.area >= MIN_COVERED_AREA and cv2.contourArea(board.hull) >= MIN_COVERED_HULL
+    return covered or board.area >= MIN_FIRST_AREA
 
 
 def _is_apart(board: Support, best: Support) -> bool:
