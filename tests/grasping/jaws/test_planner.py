@@ -125,7 +125,7 @@ def test_object_that_was_pushed_away_ranks_lower():
 
 
 def test_guarded_arm_succeeds_more_often_with_an_unknown_depth_scale():
-    scene = scene_of(box((0.05, 0.06, 0.04)))
+    scene = scene_of(box((0.06, 0.06, 0.12)))
     free, guarded = (
         plan_grasps(scene, PANDA, JawOptions(depth_error=0.03, guarded=one))[0]
         for one in (False, True)
