@@ -152,6 +152,11 @@ class ApproachController:
         """Acceleration (n,) of the last command, rad/s²."""
         return self._last[1].copy()
 
+    @property
+    def last_command(self) -> NDArray[np.float64]:
+        """Velocity and acceleration (2, n) of the last command, for a :class:`ControlCycle`."""
+        return self._last
+
     def resume(
         self, velocity: NDArray[np.float64], acceleration: NDArray[np.float64] | None = None
     ) -> None:
@@ -181,7 +186,7 @@ class ApproachController:
         motion = self._motion(q)
         velocity = motion.velocity
         phase, errors, blocking = self._phase, motion.errors, motion.blocking
-        self._commit(velocity)
+        self.commit(velocity)
         if phase == "retreat":
             left, *rest = errors
             errors = tuple(rest)
@@ -210,7 +215,7 @@ class ApproachController:
         state = self.robot.at(q)
         proximity = self.world.proximity(state.q)
         velocity = brake_command(self._last, self.robot.limits(), self.options.dt)
-        self._commit(velocity)
+        self.commit(velocity)
         return ControlStep(
             velocity,
             "moving" if np.any(velocity) else "stopped",
@@ -251,8 +256,8 @@ class ApproachController:
             self._cycles[number] = cycle
         return cycle.at(q, self._last)
 
-    def _commit(self, velocity: NDArray[np.float64]) -> None:
-        """Remember the command of this cycle."""
+    def commit(self, velocity: NDArray[np.float64]) -> None:
+        """Remember a velocity (n,) as the command of this cycle."""
         last = self._last
         self._last = np.array([velocity, (velocity - last[0]) / self.options.dt])
 

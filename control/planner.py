@@ -36,6 +36,8 @@ the linear estimate is meaningless."""
 PATIENCE = 0.4
 """A roll-out ends after this time without progress, s of motion. A shorter time wastes less in dead
 ends, and gives up where the path bends."""
+PREDICTED = 12.0
+"""Time limit of a predicted motion, s."""
 GOAL_PROBABILITY = 0.3
 """Probability that a roll-out heads for the goal. More is faster when there are few obstacles."""
 MIN_STEP = 0.02
@@ -132,6 +134,19 @@ def plan(
         len(search.nodes),
         time.perf_counter() - search.began,
     )
+
+
+def predict(
+    world: CollisionWorld,
+    tasks: Sequence[Task],
+    q: NDArray[np.float64],
+    options: ControlOptions,
+    planner: PlannerOptions,
+) -> tuple[bool, float]:
+    """Simulate the controller from q (n,); return whether it reaches the tasks, and its time, s."""
+    search = _Search(world, tuple(tasks), options, replace(planner, longest=PREDICTED))
+    result = search.roll_out(q, tuple(tasks))
+    return not result.reason, planner.dt * len(result.configurations)
 
 
 class _Search:

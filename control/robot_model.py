@@ -18,6 +18,7 @@ from .robot_state import RobotState
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+    from pathlib import Path
 
     from numpy.typing import ArrayLike, NDArray
 
@@ -66,6 +67,7 @@ class RobotModel:
         speed: ArrayLike | None = None,
         acceleration: ArrayLike | None = None,
         jerk: ArrayLike | None = None,
+        package_dirs: Sequence[str | Path] = (),
     ) -> RobotModel:
         """Load a robot.
 
@@ -80,8 +82,9 @@ class RobotModel:
             Home posture (n,). Default: the keyframe ``home``, else the middle of the joint limits
             (0 where there are none). Joints that are not controlled stay at home.
         joints
-            Names of the controlled hinge and slide joints, in the order of ``q``. Default: all, in
-            the order of the file.
+            Names of the controlled hinge and slide joints, in the order of ``q``. Default: all but
+            those of grippers, in the order of the file. A joint belongs to a gripper if an equality
+            constraint or a tendon couples it to another joint.
         speed
             Joint speed limits, one number or (n,), rad/s or m/s. Default: the numeric
             ``joint_speed`` of an MJCF, else the ``<limit velocity>`` of a URDF, else 1.5 rad/s for
@@ -93,6 +96,9 @@ class RobotModel:
         jerk
             Joint jerk limits, one number or (n,), rad/s³ or m/s³; inf for none. Default: the
             numeric ``joint_jerk`` of an MJCF, else 500 1/s times the acceleration limit.
+        package_dirs
+            Folders that hold the packages of a URDF with ``package://`` paths. The folders of the
+            environment variables ROS_PACKAGE_PATH and AMENT_PREFIX_PATH follow.
 
         Raises
         ------
@@ -100,7 +106,7 @@ class RobotModel:
             If the file cannot be read, a name is unknown, a controlled joint is a free or ball
             joint, or home or a limit is invalid.
         """
-        spec, urdf_speed = read_robot(source)
+        spec, urdf_speed = read_robot(source, package_dirs)
         return cls(spec, urdf_speed, frame, home, joints, (speed, acceleration, jerk))
 
     def __init__(
@@ -209,6 +215,8 @@ class RobotModel:
     def checked(self, q: ArrayLike) -> NDArray[np.float64]:
         """Return a copy (n,) of joint positions; raise an :class:`InputError` if invalid."""
         # Every control cycle calls this, so it is faster than `checked_array`.
+        if isinstance(q, np.ndarray) and q.dtype.kind == "c":
+            raise InputError(f"q must be {self.n} real numbers, got {q.tolist()}")
         try:
             numbers = np.array(q, dtype=np.float64)
         except (TypeError, ValueError):
@@ -245,6 +253,8 @@ def _joint_ids(model: Model, names: Sequence[str] | None) -> NDArray[np.int64]:
     if names is None:
         # Not from `scalar`: several joints may have no name.
         joints = [j for j in range(model.njnt) if int(model.jnt_type[j]) in SCALAR_JOINTS]
+        coupled = _coupled_joints(model)
+        joints = [j for j in joints if j not in coupled] or joints
     else:
         joints = [scalar[name] for name in names]
         if len(set(joints)) != len(joints):
@@ -252,6 +262,26 @@ def _joint_ids(model: Model, names: Sequence[str] | None) -> NDArray[np.int64]:
     if not joints:
         raise InputError(f"the robot needs at least one controlled joint; there are: {choices}")
     return np.array(joints, dtype=np.int64)
+
+
+def _coupled_joints(model: Model) -> set[int]:
+    """Return the joints that an equality constraint or a tendon couples to another joint."""
+    coupled = set()
+    for equality in range(model.neq):
+        joints = int(model.eq_obj1id[equality]), int(model.eq_obj2id[equality])
+        if int(model.eq_type[equality]) == mujoco.mjtEq.mjEQ_JOINT and min(joints) >= 0:
+            coupled.update(joints)
+    for tendon in range(model.ntendon):
+        first = int(model.tendon_adr[tendon])
+        wraps = range(first, first + int(model.tendon_num[tendon]))
+        joints = [
+            int(model.wrap_objid[k])
+            for k in wraps
+            if int(model.wrap_type[k]) == mujoco.mjtWrap.mjWRAP_JOINT
+        ]
+        if len(joints) > 1:
+            coupled.update(joints)
+    return coupled
 
 
 def _frame(

@@ -2,13 +2,21 @@
 
 from __future__ import annotations
 
+import os
+import re
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from eyehand.errors import InputError
 
 from .mujoco_binding import Model, Spec, mujoco
 
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+PACKAGE = "package://"
+"""Start of a path in a ROS package."""
 Source = str | Path | Spec
 """Path of an MJCF or URDF file, XML text, or an MjSpec."""
 
@@ -18,8 +26,10 @@ ACCELERATION_NUMERIC, JERK_NUMERIC = "joint_acceleration", "joint_jerk"
 """Names of the elements with the limits of acceleration and jerk."""
 
 
-def read_robot(source: Source) -> tuple[Spec, dict[str, float]]:
-    """Read a robot. Mesh paths are relative to the file.
+def read_robot(
+    source: Source, package_dirs: Sequence[str | Path] = ()
+) -> tuple[Spec, dict[str, float]]:
+    """Read a robot. Mesh paths are relative to the file, or ``package://`` paths of a URDF.
 
     Returns
     -------
@@ -30,7 +40,7 @@ def read_robot(source: Source) -> tuple[Spec, dict[str, float]]:
     Raises
     ------
     InputError
-        If the file is missing or MuJoCo cannot read it.
+        If the file is missing, MuJoCo cannot read it, or a package is in no folder.
     """
     if not isinstance(source, (str, Path)):
         if not isinstance(source, mujoco.MjSpec):
@@ -39,16 +49,16 @@ def read_robot(source: Source) -> tuple[Spec, dict[str, float]]:
             )
         return _keep_fixed_links(source.copy()), {}
     if isinstance(source, str) and source.lstrip().startswith("<"):
-        try:
-            spec = mujoco.MjSpec.from_string(source)
-        except (ValueError, mujoco.FatalError) as error:
-            raise InputError(f"robot: cannot read the XML text: {_one_line(error)}") from None
-        return _keep_fixed_links(spec), _urdf_speed(source)
+        return _read_text(resolve_packages(source, package_dirs), "the XML text")
     path = Path(source)
     if not path.is_file():
         raise InputError(
             f"robot: no such file: {path}; the path must be that of an MJCF or URDF file"
         )
+    if path.suffix.lower() in (".xml", ".urdf"):
+        text = path.read_bytes().decode(errors="replace")
+        if PACKAGE in text:
+            return _read_text(resolve_packages(text, package_dirs), str(path))
     try:
         spec = mujoco.MjSpec.from_file(str(path))
     except (ValueError, mujoco.FatalError) as error:
@@ -56,6 +66,48 @@ def read_robot(source: Source) -> tuple[Spec, dict[str, float]]:
         raise InputError(f"robot: cannot read {path}: {_one_line(error)}{hint}") from None
     # Only XML holds speed limits. Read as bytes, because the file itself declares its encoding.
     text = path.read_bytes() if path.suffix.lower() in (".xml", ".urdf") else b""
+    return _keep_fixed_links(spec), _urdf_speed(text)
+
+
+def resolve_packages(text: str, package_dirs: Sequence[str | Path]) -> str:
+    """Return a URDF with absolute paths in place of ``package://NAME/...``.
+
+    Raises
+    ------
+    InputError
+        If a package is in none of the folders.
+    """
+    names = sorted(set(re.findall(PACKAGE + r"([^/\"'\s<]+)", text)))
+    if not names:
+        return text
+    variables = [os.environ.get(name, "") for name in ("ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH")]
+    folders = [Path(folder) for folder in package_dirs]
+    for folder in os.pathsep.join(variables).split(os.pathsep):
+        folders += [Path(folder), Path(folder) / "share"] if folder else []
+    for name in names:
+        # A folder may be the package itself, as in ROS_PACKAGE_PATH.
+        found = [folder / name for folder in folders if (folder / name).is_dir()]
+        found += [folder for folder in folders if folder.name == name and folder.is_dir()]
+        if not found:
+            looked = ", ".join(map(str, folders)) or "none"
+            raise InputError(
+                f"robot: package {name!r} of {PACKAGE}{name} must be in a folder of package_dirs, "
+                f"ROS_PACKAGE_PATH or AMENT_PREFIX_PATH; folders: {looked}"
+            )
+        text = text.replace(f"{PACKAGE}{name}/", f"{found[0].resolve()}/")
+    if "<mujoco" not in text:
+        # By default MuJoCo removes the folders from the paths of a URDF.
+        text = re.sub(
+            r"(<robot\b[^>]*>)", r'\1<mujoco><compiler strippath="false"/></mujoco>', text, count=1
+        )
+    return text
+
+
+def _read_text(text: str, name: str) -> tuple[Spec, dict[str, float]]:
+    try:
+        spec = mujoco.MjSpec.from_string(text)
+    except (ValueError, mujoco.FatalError) as error:
+        raise InputError(f"robot: cannot read {name}: {_one_line(error)}") from None
     return _keep_fixed_links(spec), _urdf_speed(text)
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from eyehand.data_synth import JOINT_SPEED, TOOL_SITE
+from eyehand.data_synth import HOME_KEY, JOINT_SPEED, TOOL_SITE
 from eyehand.data_synth.scenes import arm_spec, clearance_pairs
 
 from .reach_outcome import ReachOptions, ReachOutcome, run_reach
@@ -41,6 +41,25 @@ class MinkOptions:
     """Limit of the tool's commanded speed, m/s."""
     detection: float = 0.100
     """Distance below which a pair of shapes becomes a limit, m."""
+    relaxation: float = 0.0
+    """mink's `bound_relaxation`, m/s. A negative one makes a pair inside the margin leave it."""
+    retreats: int = 0
+    """Number of retreats of a stuck motion, to home and to its mirror image in turns."""
+
+
+TUNED = MinkOptions(relaxation=-2e-4, retreats=2)
+"""mink with the retreats of this package's controller, and the relaxation with the best success on
+development scenes."""
+PATIENCE_S = 0.9
+"""Time without progress after which a motion is stuck, s: that of this package's controller."""
+MIN_PROGRESS_M = 0.01
+"""Minimum decrease of the distance from the goal that counts as progress, m."""
+RETREAT_RATE = 0.6
+"""Share of its joint distance that a retreat covers per second, 1/s."""
+MAX_RETREAT_S = 10.0
+"""Time limit of a retreat, s."""
+AT_RETREAT_RAD = 0.1
+"""Joint distance from the configuration at which a retreat ends, rad."""
 
 
 def run_mink(
@@ -92,6 +111,11 @@ class MinkMethod:
         posture = mink.PostureTask(model, cost=POSTURE_COST, gain=RATE * dt)
         posture.set_target(scene.start)
         self._tasks = [self._reach, posture]
+        self._retreat = mink.PostureTask(model, cost=1.0, gain=RETREAT_RATE * dt)
+        self._best, self._stalled, self._retreats = np.inf, 0.0, 0
+        self._retreat_left = 0.0
+        home = model.key(HOME_KEY).qpos
+        self._refuges = (home, model.jnt_range[: len(home)].sum(axis=1) - home)
         names = [model.joint(k).name for k in range(model.njnt)]
         speeds = dict(zip(names, model.numeric(JOINT_SPEED).data, strict=True))
         pairs = [([int(a)], [int(b)]) for a, b in clearance_pairs(model)]
@@ -102,7 +126,7 @@ class MinkMethod:
                 model,
                 pairs,
                 gain=APPROACH * dt,
-                bound_relaxation=0.0,
+                bound_relaxation=options.relaxation,
                 minimum_distance_from_collisions=MARGIN,
                 collision_detection_distance=options.detection,
             ),
@@ -122,10 +146,13 @@ class MinkMethod:
         ahead = offset * min(1.0, max_step / max(float(np.linalg.norm(offset)), max_step))
         rotation = mink.SO3.from_matrix(configuration.data.site_xmat[self._site].reshape(3, 3))
         self._reach.set_target(mink.SE3.from_rotation_and_translation(rotation, tool + ahead))
+        tasks = (
+            [self._retreat] if self._retreating(q, float(np.linalg.norm(offset))) else self._tasks
+        )
         try:
             speed = mink.solve_ik(
                 configuration,
-                self._tasks,
+                tasks,
                 self._dt,
                 SOLVER,
                 damping=DAMPING,
@@ -134,3 +161,22 @@ class MinkMethod:
         except mink.NoSolutionFound:
             return np.zeros_like(q), "infeasible"
         return speed, ""
+
+    def _retreating(self, q: NDArray[np.float64], error: float) -> bool:
+        """Return whether this cycle belongs to a retreat; start one if the motion is stuck."""
+        if self._retreat_left > 0.0:
+            self._retreat_left -= self._dt
+            target = self._refuges[(self._retreats - 1) % 2]
+            if np.linalg.norm(target - q) < AT_RETREAT_RAD:
+                self._retreat_left = 0.0
+            self._best, self._stalled = np.inf, 0.0
+            return True
+        if error < self._best - min(MIN_PROGRESS_M, 0.1 * error):
+            self._best, self._stalled = error, 0.0
+        self._stalled += self._dt
+        if self._stalled < PATIENCE_S or self._retreats >= self._options.retreats:
+            return False
+        self._retreat.set_target(self._refuges[self._retreats % 2])
+        self._retreats += 1
+        self._retreat_left = MAX_RETREAT_S
+        return True

@@ -19,7 +19,7 @@ from ..console import print_json, say, show, tracked
 from ..output_files import make_folder
 from .cycle_comparison import PAIRS, cycle_rows
 from .reach_chart import reach_chart
-from .reach_methods import BASELINE, METHODS, PLANNED
+from .reach_methods import BASELINE, BASELINES, METHODS, PLANNED
 from .reach_outcome import ReachOptions
 from .reach_run import ReachRecord, run_scene
 from .reach_summary import summary_row
@@ -138,12 +138,13 @@ def _selected_methods(only: list[str] | None, *, baseline: bool) -> list[str]:
         if name not in METHODS:
             raise InputError(f"unknown method {name!r}; choose from: {', '.join(METHODS)}")
     selected = [name for name in METHODS if name in (only or METHODS)]
-    if BASELINE in selected and not baseline:
-        selected.remove(BASELINE)
+    chosen = [name for name in selected if name in BASELINES]
+    if chosen and not baseline:
+        selected = [name for name in selected if name not in BASELINES]
         if not selected:
             raise InputError(f"--no-baseline excludes {BASELINE}, the only selected method")
-    if BASELINE in selected and find_spec(BASELINE) is None:
-        selected.remove(BASELINE)
+    elif chosen and find_spec(BASELINE) is None:
+        selected = [name for name in selected if name not in BASELINES]
         note = f"{BASELINE} is not installed: pip install 'eyehand[baselines]'"
         if not selected:
             raise InputError(note)
@@ -195,8 +196,13 @@ def _reach_table(rows: Sequence[Mapping[str, Any]], title: str, time_limit: floa
             ("stuck", "{stuck_pct:.1f}"),
             ("late", "{late_pct:.1f}"),
             ("clear mm", "{min_clearance_mm:.2f}"),
+            ("time s", "{time_p50_s:.1f}"),
+            ("90 %", "{time_p90_s:.1f}"),
+            ("acc. %", "{peak_acceleration_pct:.0f}"),
+            ("jerk %", "{peak_jerk_pct:.0f}"),
             ("cycle µs", "{cycle_p50_us:.0f}"),
             ("p99", "{cycle_p99_us:.0f}"),
+            ("p99.9", "{cycle_p999_us:.0f}"),
             ("plan ms", "{plan_p50_ms:.0f}"),
             ("p90", "{plan_p90_ms:.0f}"),
         ],
@@ -204,7 +210,9 @@ def _reach_table(rows: Sequence[Mapping[str, Any]], title: str, time_limit: floa
         caption="success: goal reached to 1 mm without contact, %, with its 95 % interval; "
         "contacts: number of scenes with a contact; stuck: stopped or gave up, %; "
         f"late: not there after {time_limit:g} s, %; clear: smallest distance in all cycles; "
-        "cycle: time of a control cycle, median and 99th percentile; plan: time of a search for a "
+        "time: to the goal, median and 90th percentile, a failure counts as the longest; acc., "
+        "jerk: peaks in all cycles, start and stop included, % of the limits; cycle: time of a "
+        "control cycle, median, 99th and 99.9th percentile; plan: time of a search for a "
         "path, median and 90th percentile",
     )
 

@@ -16,7 +16,7 @@ from ..bench.chart_style import (
     label_axes,
     set_percent_axis,
 )
-from .reach_methods import BASELINE, DEFAULT
+from .reach_methods import BASELINES, DEFAULT
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -73,7 +73,7 @@ def reach_chart(rows: Sequence[Mapping[str, Any]], made: Provenance) -> Figure:
 
 def _draw(axes: Axes, row: Mapping[str, Any]) -> PointLabel:
     name, x, y = row["name"], row["cycle_p50_us"], row["success_pct"]
-    default, baseline = name == DEFAULT, name == BASELINE
+    default, baseline = name == DEFAULT, name in BASELINES
     colour = VERMILION if default else GREY if baseline else BLUE
     text_colour = VERMILION if default else FAINT if baseline else INK
     axes.plot(

@@ -35,6 +35,10 @@ PLANNED = "default + planner"
 controller is stuck."""
 BASELINE = "mink"
 """The library for differential inverse kinematics that the controller is compared with."""
+BASELINE_TUNED = "mink tuned"
+"""The same library with the retreats of this package's controller and a tuned relaxation."""
+BASELINES = (BASELINE, BASELINE_TUNED)
+"""Names of the baselines."""
 
 
 class ControllerSettings(NamedTuple):
@@ -53,12 +57,14 @@ CONTROLLERS: dict[str, ControllerSettings] = {
     "beta 1": ControllerSettings(ControlOptions(beta=1.0, safety=False, retreats=0)),
     # Avoidance bends the path no more than the goal attracts.
     "dynamic beta": ControllerSettings(ControlOptions(safety=False, retreats=0)),
+    # The same with the safety level above it. A stuck motion stays stuck.
+    "without retreats": ControllerSettings(ControlOptions(retreats=0)),
     # The dynamic weight, the safety level above it, and retreats.
     DEFAULT: ControllerSettings(ControlOptions()),
     PLANNED: ControllerSettings(ControlOptions(), PlannerOptions()),
 }
 """Name → settings of this package's controller, from its barest form to its fullest."""
-METHODS: tuple[str, ...] = (*CONTROLLERS, BASELINE)
+METHODS: tuple[str, ...] = (*CONTROLLERS, *BASELINES)
 """Names of all methods."""
 
 
@@ -80,6 +86,10 @@ class ControllerMethod:
         cycle = self._controller.step(q)
         self.reason = cycle.reason or ", ".join(cycle.blocking[:3])
         return cycle.velocity, "stuck" if cycle.status == "stuck" else ""
+
+    def stop(self, q: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the joint speeds (7,), rad/s, of a cycle that brakes."""
+        return self._controller.stop(q).velocity
 
 
 def controller_method(name: str, scene: ReachingScene) -> ControllerMethod:

@@ -5,14 +5,19 @@ from __future__ import annotations
 import time
 from collections import deque
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
+from eyehand.control import RobotModel
+from eyehand.data_synth import LBR_ARM, TOOL_SITE
 from eyehand.data_synth.scenes import ArmClearance
 from eyehand.errors import InputError
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from numpy.typing import NDArray
 
     from eyehand.data_synth.scenes import ReachingScene
@@ -68,6 +73,10 @@ class ReachOutcome:
     """Distance of the tool from the goal at the end, m."""
     cycle_times_us: NDArray[np.float64]
     """Time of each cycle of the method (cycles,), µs, without the evaluation."""
+    peak_acceleration: float
+    """Maximum joint acceleration as a share of its limit, start and stop included."""
+    peak_jerk: float
+    """Maximum joint jerk as a share of its limit, start and stop included."""
     status: str
     """`reached`; `stuck` if the arm did not move; `late` if the time was up; or the status with
     which the method itself gave up."""
@@ -79,7 +88,8 @@ class ReachMethod(Protocol):
     def __call__(self, q: NDArray[np.float64]) -> tuple[NDArray[np.float64], str]:
         """Take the joint angles (7,), rad, and return joint speeds (7,), rad/s, and a status.
 
-        The status is empty while the method continues. Otherwise the run ends with this status.
+        The status is empty while the method continues. Otherwise the run ends with this status. A
+        method with a function `stop` of q brakes with it at the end. The others command zero.
         """
         ...
 
@@ -118,11 +128,13 @@ def run_reach(
     times: list[float] = []
     recent = deque([q], maxlen=round(STANDSTILL_S / options.dt) + 1)
     status = ""
+    speeds = [np.zeros(len(q))]
     while not status:
         start = time.perf_counter_ns()
         speed, status = method(q)
         times.append((time.perf_counter_ns() - start) * 1e-3)
-        q = q + options.dt * _checked_speed(speed)
+        speeds.append(_checked_speed(speed))
+        q = q + options.dt * speeds[-1]
         recent.append(q)
         clearance = checker.at(q)
         min_clearance = min(min_clearance, clearance)
@@ -131,14 +143,59 @@ def run_reach(
             status = "reached"
         status = status or _end_status(recent, len(times), options)
     error = float(np.linalg.norm(checker.tool(q) - scene.goal))
+    seconds = len(times) * options.dt
+    for speed in _stop(method, q, speeds[-1], options.dt):
+        speeds.append(speed)
+        q = q + options.dt * speed
+        clearance = checker.at(q)
+        min_clearance = min(min_clearance, clearance)
+        contacts += clearance < 0
+    peaks = _peaks(speeds, options.dt)
     return ReachOutcome(
         success=status == "reached" and contacts == 0,
         contacts=contacts,
         min_clearance=min_clearance,
-        seconds=len(times) * options.dt,
+        seconds=seconds,
         final_error=error,
         cycle_times_us=np.array(times),
+        peak_acceleration=peaks[0],
+        peak_jerk=peaks[1],
         status=status,
+    )
+
+
+def _stop(
+    method: ReachMethod, q: NDArray[np.float64], speed: NDArray[np.float64], dt: float
+) -> Iterator[NDArray[np.float64]]:
+    """Yield the joint speeds (7,) of each cycle until the arm stands still."""
+    stop = getattr(method, "stop", None)
+    if stop is None:
+        yield np.zeros(len(q))
+        return
+    for _ in range(round(STANDSTILL_S / dt)):
+        speed = _checked_speed(stop(q))
+        yield speed
+        if not np.any(speed):
+            return
+        q = q + dt * speed
+
+
+@lru_cache(maxsize=1)
+def _limits() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the limits of joint acceleration and jerk (7,), (7,) of the arm."""
+    robot = RobotModel.load(LBR_ARM, TOOL_SITE)
+    return robot.acceleration, robot.jerk
+
+
+def _peaks(speeds: list[NDArray[np.float64]], dt: float) -> tuple[float, float]:
+    """Return peak acceleration and jerk as shares of the limits, from standstill to standstill."""
+    still = np.zeros_like(speeds[0])
+    accelerations = np.diff([still, *speeds, still], axis=0) / dt
+    jerks = np.diff(accelerations, axis=0) / dt
+    acceleration, jerk = _limits()
+    return (
+        float(np.max(np.abs(accelerations) / acceleration)),
+        float(np.max(np.abs(jerks) / jerk)),
     )
 
 

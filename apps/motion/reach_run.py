@@ -9,8 +9,8 @@ import numpy as np
 
 from eyehand.data_synth.scenes import make_reaching_scene, straight_path_is_blocked
 
-from .baseline_mink import run_mink
-from .reach_methods import BASELINE, controller_method
+from .baseline_mink import TUNED, run_mink
+from .reach_methods import BASELINE_TUNED, BASELINES, controller_method
 from .reach_outcome import run_reach
 
 if TYPE_CHECKING:
@@ -59,6 +59,8 @@ class ReachRecord:
             "contact_cycles": int(outcome.contacts),
             "min_clearance_mm": round(1e3 * outcome.min_clearance, 3),
             "seconds": round(outcome.seconds, 4),
+            "peak_acceleration_pct": round(100 * outcome.peak_acceleration, 2),
+            "peak_jerk_pct": round(100 * outcome.peak_jerk, 2),
             "final_error_mm": round(1e3 * outcome.final_error, 3),
             "reason": self.reason,
             "searches": len(self.paths),
@@ -72,8 +74,9 @@ def run_scene(method: str, seed: int, boxes: int, reach: ReachOptions | None = N
     """Make the scene of a seed and run a method in it. Equal arguments give an equal motion."""
     scene = make_reaching_scene(seed, boxes=boxes)
     blocked = straight_path_is_blocked(scene)
-    if method == BASELINE:
-        return ReachRecord(method, seed, blocked, run_mink(scene, None, reach), "")
+    if method in BASELINES:
+        options = TUNED if method == BASELINE_TUNED else None
+        return ReachRecord(method, seed, blocked, run_mink(scene, options, reach), "")
     controller = controller_method(method, scene)
     outcome = run_reach(scene, controller, reach)
     return ReachRecord(method, seed, blocked, outcome, controller.reason, controller.paths)

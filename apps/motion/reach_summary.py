@@ -9,7 +9,7 @@ import numpy as np
 from ..bench.shares import wilson_interval
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable, Sequence
 
     from numpy.typing import NDArray
 
@@ -35,7 +35,9 @@ def summary_row(
     dict
         Success with its 95 % interval; `contacts`: number of scenes with a contact; `stuck_pct`:
         share of scenes in which the arm stopped or the method gave up; `late_pct`: share of scenes
-        in which the time was up; smallest clearance; cycle times; and with a planner the number of
+        in which the time was up; smallest clearance; peak acceleration and jerk of all scenes as
+        shares of the limits; time to the goal, where a failure counts as the longest time of all
+        scenes; cycle times; and with a planner the number of
         searches, how many found a path, and their times.
     """
     outcomes = [record.outcome for record in records]
@@ -43,6 +45,9 @@ def summary_row(
     low, high = wilson_interval(wins, len(outcomes))
     late = sum(outcome.status == "late" for outcome in outcomes)
     stuck = sum(outcome.status not in ("reached", "late") for outcome in outcomes)
+    # A scene that is not reached counts as taking for ever, up to the longest time of the run.
+    longest = max(outcome.seconds for outcome in outcomes)
+    seconds = [outcome.seconds if outcome.success else longest for outcome in outcomes]
     row: dict[str, Any] = {
         "name": method,
         "success_pct": _pct(wins, len(outcomes)),
@@ -52,8 +57,13 @@ def summary_row(
         "stuck_pct": _pct(stuck, len(outcomes)),
         "late_pct": _pct(late, len(outcomes)),
         "min_clearance_mm": round(1e3 * min(o.min_clearance for o in outcomes), 2),
+        "peak_acceleration_pct": _share(outcome.peak_acceleration for outcome in outcomes),
+        "peak_jerk_pct": _share(outcome.peak_jerk for outcome in outcomes),
+        "time_p50_s": round(float(np.percentile(seconds, 50)), 2),
+        "time_p90_s": round(float(np.percentile(seconds, 90)), 2),
         "cycle_p50_us": round(float(np.percentile(cycles_us, 50)), 1),
         "cycle_p99_us": round(float(np.percentile(cycles_us, 99)), 1),
+        "cycle_p999_us": round(float(np.percentile(cycles_us, 99.9)), 1),
     }
     paths = [path for record in records for path in record.paths]
     if paths:
@@ -63,6 +73,10 @@ def summary_row(
         row["plan_p50_ms"] = round(float(np.percentile(times, 50)), 1)
         row["plan_p90_ms"] = round(float(np.percentile(times, 90)), 1)
     return row
+
+
+def _share(peaks: Iterable[float]) -> float:
+    return round(100.0 * max(peaks), 1)
 
 
 def _pct(count: int, total: int) -> float:

@@ -129,7 +129,8 @@ def test_ten_thousand_random_states_stop_before_the_limits(dt):
         assert np.all(q <= upper + ROUNDING)
         assert np.all(q >= lower - ROUNDING)
     for joint in range(len(q)):
-        _, least, most = braking_distance(*motion[:, joint], limit[joint], jerk[joint] * dt, dt)
+        v, a = motion[:, joint]
+        _, least, most = braking_distance(v, a, limit[joint], jerk[joint] * dt, dt)
         assert q[joint] + most <= upper[joint] + ROUNDING
         assert q[joint] + least >= lower[joint] - ROUNDING
 

@@ -4,6 +4,7 @@ from dataclasses import replace
 from typing import cast
 
 import numpy as np
+import pytest
 
 from eyehand.apps.motion.reach_methods import ControllerMethod, reaching_world
 from eyehand.apps.motion.reach_outcome import ReachOptions, run_reach
@@ -17,10 +18,12 @@ from eyehand.control import (
     planned_approach,
 )
 from eyehand.control.approach import ControlStep
+from eyehand.control.configuration_space import clearance_at
+from eyehand.control.joint_planner import SPEED_FRACTION, find_path, make_space, solutions
 from eyehand.control.options import ControlOptions
 from eyehand.control.planned_approach import resample_path
 from eyehand.control.planner import _Search
-from eyehand.control.tasks import PointOnPlane, Position
+from eyehand.control.tasks import AxisAlignment, PointOnPlane, Position
 from eyehand.data_synth.scenes import make_reaching_scene
 
 
@@ -29,6 +32,7 @@ class _StuckController:
 
     def __init__(self, world, tasks, options):
         self.world, self.robot, self.tasks = world, world.robot, tasks
+        self.commit(np.zeros(7))
         self.stuck_step = ControlStep(
             np.zeros(7), "stuck", "helpless", "approach", (1.0,), 1.0, (0.0,), ()
         )
@@ -39,12 +43,27 @@ class _StuckController:
     def restart(self) -> None:
         pass
 
+    def stop(self, q) -> ControlStep:
+        self.commit(np.zeros(7))
+        return replace(self.stuck_step, velocity=np.zeros(7), status="moving")
+
+    def commit(self, velocity) -> None:
+        self.velocity = velocity
+        self.last_command = np.array([velocity, np.zeros(7)])
+
 
 class _DriftingController(_StuckController):
     """A controller that is stuck and still moves."""
 
     def step(self, q) -> ControlStep:
-        return replace(self.stuck_step, velocity=np.full(7, 0.1))
+        self.commit(np.full(7, 0.1))
+        return replace(self.stuck_step, velocity=self.velocity)
+
+
+@pytest.fixture
+def only_stuck(monkeypatch):
+    """Leave out the prediction and the search in the joint space."""
+    monkeypatch.setattr(planned_approach, "find_path", lambda *_: None)
 
 
 def test_resampled_path_keeps_speed_limits_and_corners():
@@ -55,13 +74,13 @@ def test_resampled_path_keeps_speed_limits_and_corners():
     # The corner is not cut: one configuration lies within half a step of it.
     assert np.abs(track - corners[1]).max(axis=1).min() < 0.01
     speed = np.abs(np.diff(track, axis=0)) / 0.005
-    assert np.all(speed <= 0.5 * robot.speed + 1e-9)
+    assert np.all(speed <= SPEED_FRACTION * robot.speed + 1e-9)
     tool = np.array([robot.at(q).position for q in track])
     assert np.linalg.norm(np.diff(tool, axis=0), axis=1).max() < 1.1 * 0.25 * 0.005
     np.testing.assert_allclose(resample_path(corners[:1], robot, 0.005), corners[:1])
 
 
-def test_found_path_is_followed_to_goal(monkeypatch):
+def test_found_path_is_followed_to_goal(monkeypatch, only_stuck):
     scene = make_reaching_scene(9, boxes=0)
     world = reaching_world(scene.obstacles)
     steps = int(np.ceil(np.abs(scene.witness - scene.start).max() / 0.01))
@@ -73,11 +92,12 @@ def test_found_path_is_followed_to_goal(monkeypatch):
     controller = PlannedApproach(world, (Position(scene.goal),))
     method = ControllerMethod(controller)
     result = run_reach(scene, method, ReachOptions(time_limit=60.0))
-    assert result.status == "reached"
-    assert method.paths == (path,)
+    # The tasks take over before the end of the path, and this controller stops there.
+    assert result.final_error < 0.08
+    assert method.paths[0] == path
 
 
-def test_reach_without_path_ends_stuck_with_reason(monkeypatch):
+def test_reach_without_path_ends_stuck_with_reason(monkeypatch, only_stuck):
     scene = make_reaching_scene(9, boxes=0)
     monkeypatch.setattr(planned_approach, "ApproachController", _StuckController)
     none = JointPath(False, scene.start[None], 0.02, "walled off", 1, 1, 0.0)
@@ -129,7 +149,7 @@ def test_goal_inside_obstacle_has_no_path_and_a_reason():
     assert np.all(np.isfinite(path.configurations))
 
 
-def test_robot_stops_before_each_search(monkeypatch):
+def test_robot_stops_before_each_search(monkeypatch, only_stuck):
     searched = []
 
     def search(world, tasks, q, options, planner):
@@ -140,20 +160,22 @@ def test_robot_stops_before_each_search(monkeypatch):
     monkeypatch.setattr(planned_approach, "ApproachController", _DriftingController)
     scene = make_reaching_scene(9, boxes=0)
     controller = PlannedApproach(reaching_world(()), (Position(scene.goal),), searches=2)
-    cycles = [controller.step(scene.start) for _ in range(5)]
-    assert [cycle.status for cycle in cycles] == ["moving", "stuck", "moving", "stuck", "stuck"]
+    cycles = [controller.step(scene.start) for _ in range(7)]
+    # A cycle that is stuck, one that brakes, the search, the same again, and the last word.
+    statuses = ["moving", "moving", "stuck", "moving", "moving", "stuck", "stuck"]
+    assert [cycle.status for cycle in cycles] == statuses
     assert searched == [0, 1]
-    # The robot stands still until the last search. Then the controller's own cycle is used.
-    assert [bool(np.any(cycle.velocity)) for cycle in cycles] == [False] * 4 + [True]
+    moving = [True, False, False, True, False, False, True]
+    assert [bool(np.any(cycle.velocity)) for cycle in cycles] == moving
 
 
-def test_reached_goal_resets_number_of_searches(monkeypatch):
+def test_reached_goal_resets_number_of_searches(monkeypatch, only_stuck):
     monkeypatch.setattr(planned_approach, "ApproachController", _DriftingController)
     scene = make_reaching_scene(9, boxes=0)
     none = JointPath(False, scene.start[None], 0.02, "walled off", 1, 1, 0.0)
     monkeypatch.setattr(planned_approach, "plan", lambda *_: none)
     approach = PlannedApproach(reaching_world(()), (Position(scene.goal),), searches=1)
-    for _ in range(3):
+    for _ in range(4):
         approach.step(scene.start)
     assert len(approach.paths) == 1
     controller = cast(_DriftingController, approach.controller)
@@ -161,7 +183,7 @@ def test_reached_goal_resets_number_of_searches(monkeypatch):
     controller.stuck_step = replace(stuck, status="reached")
     assert approach.step(scene.start).status == "reached"
     controller.stuck_step = stuck
-    for _ in range(3):
+    for _ in range(4):
         approach.step(scene.start)
     assert len(approach.paths) == 2
 
@@ -178,3 +200,73 @@ def test_search_bounds_stay_small_in_singular_configuration():
     search.add(-1, np.zeros((0, 3)), np.array([0.0, 1e-7, 0.0]))
     low, high = search.bounds()
     assert np.all(high - low < 8.0)
+
+
+def test_clearance_kernel_equals_proximity():
+    scene = make_reaching_scene(16)
+    world = reaching_world(scene.obstacles)
+    space = make_space(world)
+    rng = np.random.default_rng(2)
+    for q in rng.uniform(world.robot.lower, world.robot.upper, (50, 7)):
+        expected = min(world.proximity(q).distance.min(initial=1.0), 0.05)
+        assert clearance_at(q, space, 0.05) == pytest.approx(expected, abs=1e-12)
+
+
+def test_solutions_reach_tasks_within_joint_limits():
+    scene = make_reaching_scene(16)
+    world = reaching_world(scene.obstacles)
+    axis = AxisAlignment(np.array([0.0, 0.0, 1.0]), np.array([0.0, 0.0, -1.0]))
+    tasks = (Position(np.array([0.45, 0.1, 0.4])), axis)
+    found = solutions(world, tasks, scene.start)
+    assert found is not None
+    good = found.errors < 1e-4
+    assert np.count_nonzero(good) > 5
+    for q, error in zip(found.configurations, found.errors, strict=True):
+        assert np.all(world.robot.lower <= q)
+        assert np.all(q <= world.robot.upper)
+        unmet = max(task.at(world.robot.at(q)).unmet for task in tasks)
+        assert unmet == pytest.approx(error, abs=1e-9)
+
+
+@pytest.mark.parametrize("seed", [2, 13, 16])
+def test_path_of_two_trees_is_clear_and_repeatable(seed):
+    scene = make_reaching_scene(seed)
+    world, tasks = reaching_world(scene.obstacles), (Position(scene.goal),)
+    first, second = (find_path(world, tasks, scene.start, ControlOptions()) for _ in range(2))
+    assert first is not None
+    assert second is not None
+    np.testing.assert_array_equal(first.configurations, second.configurations)
+    np.testing.assert_array_equal(first.configurations[0], scene.start)
+    assert tasks[0].at(world.robot.at(first.configurations[-1])).unmet < 5e-4
+    track = resample_path(first.configurations, world.robot, 0.02)
+    clear = [world.proximity(q).distance.min(initial=1.0) for q in track]
+    assert min(clear) > 0.008
+    # The track is a little slower than the estimate of the kernel at coarse steps.
+    assert 0.02 * len(track) == pytest.approx(first.seconds, rel=0.1)
+
+
+def test_reach_that_was_stuck_is_planned_in_the_first_cycle():
+    scene = make_reaching_scene(2)
+    controller = PlannedApproach(reaching_world(scene.obstacles), (Position(scene.goal),))
+    method = ControllerMethod(controller)
+    result = run_reach(scene, method)
+    assert result.success
+    assert result.seconds < 4.0
+    assert len(method.paths) == 1
+    assert result.min_clearance > 0.0099
+    assert result.peak_acceleration <= 1.0 + 1e-6
+    assert result.peak_jerk <= 1.0 + 1e-6
+
+
+@pytest.mark.parametrize("distance", [1.05, 1.5, 3.0])
+def test_goal_out_of_reach_is_named_in_the_first_cycle(distance):
+    world = reaching_world(())
+    goal = np.array([0.0, 0.0, 0.34]) + distance * np.array([0.6, 0.0, 0.8])
+    controller = PlannedApproach(world, (Position(goal),))
+    cycle = controller.step(world.robot.home)
+    assert cycle.status == "stuck"
+    assert "unreachable: at the nearest configuration position" in cycle.reason
+    assert not np.any(cycle.velocity)
+    # Reachable with another task: the next goal is planned as usual.
+    near = PlannedApproach(world, (Position(np.array([0.4, 0.2, 0.5])),))
+    assert near.step(world.robot.home).status == "moving"

@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from eyehand.control.mujoco_binding import mujoco
 from eyehand.control.robot_model import RobotModel
+from eyehand.data_synth import LBR_ARM, TOOL_SITE
 from eyehand.errors import InputError
 
 if TYPE_CHECKING:
@@ -245,3 +246,77 @@ def test_point_jacobian_rejects_unknown_body_and_invalid_point(robot: RobotModel
         robot.point_jacobian(robot.home, "elbow", np.zeros(3))
     with pytest.raises(InputError, match=r"point must have shape \(3,\)"):
         robot.point_jacobian(robot.home, "lift", np.zeros(2))
+
+
+PACKAGED = """<robot name="r"><link name="base"/><link name="tip"><collision><geometry>
+<mesh filename="package://some_arm/meshes/part.obj"/></geometry></collision></link>
+<joint name="a" type="revolute"><parent link="base"/><child link="tip"/><axis xyz="0 0 1"/>
+<limit lower="-1" upper="1" velocity="2" effort="1"/></joint></robot>"""
+CORNERS = "v 0 0 0\nv .1 0 0\nv 0 .1 0\nv 0 0 .1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
+
+
+@pytest.mark.parametrize("given", ["package_dirs", "ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH"])
+def test_package_paths_are_resolved(tmp_path, monkeypatch, given):
+    folder = tmp_path / ("share" if given == "AMENT_PREFIX_PATH" else "") / "some_arm"
+    (folder / "meshes").mkdir(parents=True)
+    (folder / "meshes" / "part.obj").write_text(CORNERS)
+    source = tmp_path / "arm.urdf"
+    source.write_text(PACKAGED)
+    if given != "package_dirs":
+        monkeypatch.setenv(given, str(tmp_path))
+    dirs = [tmp_path] if given == "package_dirs" else []
+    robot = RobotModel.load(source, "tip", package_dirs=dirs)
+    assert robot.model.nmesh == 1
+    np.testing.assert_array_equal(robot.speed, [2.0])
+
+
+def test_missing_package_is_named(monkeypatch):
+    monkeypatch.delenv("ROS_PACKAGE_PATH", raising=False)
+    with pytest.raises(InputError, match=r"package 'some_arm'.*must be in a folder.*none"):
+        RobotModel.load(PACKAGED, "tip")
+
+
+def test_complex_numbers_are_refused():
+    robot = RobotModel.load(LBR_ARM, TOOL_SITE)
+    with pytest.raises(InputError, match="real numbers"):
+        robot.checked(np.zeros(7, dtype=complex))
+    with pytest.raises(InputError, match="q must be 7 numbers"):
+        robot.checked([1j] * 7)
+
+
+GRIPPER = """<mujoco><worldbody><body name="arm"><joint name="a" axis="0 0 1"/><geom size=".1"/>
+<body name="left"><joint name="l" type="slide"/><geom size=".1"/></body>
+<body name="right"><joint name="r" type="slide"/><geom size=".1"/></body></body></worldbody>
+{coupling}</mujoco>"""
+
+
+@pytest.mark.parametrize(
+    ("coupling", "joints"),
+    [
+        ("", ("a", "l", "r")),
+        ('<equality><joint joint1="l" joint2="r"/></equality>', ("a",)),
+        (
+            '<tendon><fixed><joint joint="l" coef=".5"/><joint joint="r" coef=".5"/></fixed>'
+            "</tendon>",
+            ("a",),
+        ),
+    ],
+)
+def test_joints_of_grippers_are_not_controlled(coupling, joints):
+    source = GRIPPER.format(coupling=coupling)
+    assert RobotModel.load(source, "arm").joint_names == joints
+    assert RobotModel.load(source, "arm", joints=["l"]).joint_names == ("l",)
+
+
+def test_acceleration_limits_come_from_argument_file_or_default():
+    own = RobotModel.load(LBR_ARM, TOOL_SITE)
+    np.testing.assert_array_equal(own.acceleration, np.full(7, 15.0))
+    np.testing.assert_array_equal(own.jerk, np.full(7, 7500.0))
+    panda = np.array([15.0, 7.5, 10.0, 12.5, 15.0, 20.0, 20.0])
+    given = RobotModel.load(LBR_ARM, TOOL_SITE, acceleration=panda, jerk=500.0 * panda)
+    np.testing.assert_array_equal(given.limits()[:, 3:], np.column_stack([panda, 500.0 * panda]))
+    default = RobotModel.load(GRIPPER.format(coupling=""), "arm")
+    np.testing.assert_array_equal(default.acceleration, [7.5, 2.5, 2.5])
+    np.testing.assert_array_equal(default.jerk, 500.0 * default.acceleration)
+    with pytest.raises(InputError, match="acceleration limits must be > 0"):
+        RobotModel.load(LBR_ARM, TOOL_SITE, acceleration=0.0)

@@ -35,6 +35,8 @@ def outcome(**changed) -> ReachOutcome:
         "seconds": 4.0,
         "final_error": 9e-4,
         "cycle_times_us": np.full(800, 100.0),
+        "peak_acceleration": 0.5,
+        "peak_jerk": 0.25,
         "status": "reached",
     }
     return ReachOutcome(**{**plain, **changed})
@@ -126,6 +128,8 @@ def test_summary_counts_scenes():
     assert (row["success_pct"], row["contacts"]) == (25.0, 1)
     assert (row["stuck_pct"], row["late_pct"]) == (25.0, 25.0)
     assert row["min_clearance_mm"] == -3.0
+    assert (row["time_p50_s"], row["time_p90_s"]) == (4.0, 4.0)
+    assert (row["peak_acceleration_pct"], row["peak_jerk_pct"]) == (50.0, 25.0)
     assert (row["cycle_p50_us"], row["cycle_p99_us"]) == (50.0, 99.0)
     assert "plan_p50_ms" not in row
 
