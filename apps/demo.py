@@ -107,7 +107,7 @@ def demo(
         )
     if camera is not None:
         raise InputError("--camera needs a frame: eyehand demo FRAME --camera FILE")
-    from eyehand.grasping import ClearOptions
+    from eyehand.grasping import ClearOptions, ParallelHand
 
     from .grasp.bench.trial import GraspTrial, trial_cell
     from .grasp.demo_run import FAILURES
@@ -127,7 +127,7 @@ def demo(
     # Building the cell validates scene and robot, so it comes before the first written file.
     built = trial_cell(table.objects, trial)
     make_folder(out)
-    warm_up_grasping()
+    warm_up_grasping(jaws=isinstance(built[0].robot.hand, ParallelHand))
     say(f"clearing a table: {table.source} ...")
     if view:
         return _live(table.source, trial, built, ending, port, out, json)

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
-from eyehand.grasping import FailedGrasps, observe, select_grasp
+from eyehand.grasping import FailedGrasps, load_hand, observe, plan_grasps, select_grasp
 
 from ..perceived_frame import load_kernels
 from .bench.trial import GraspTrial, make_cell
 
 
-def warm_up_grasping() -> None:
-    """Load the kernels of perception, control and touch: seconds, or once half a minute."""
+def warm_up_grasping(*, jaws: bool = False) -> None:
+    """Load the kernels of perception, control and touch: seconds, or once half a minute.
+
+    With ``jaws``, also those of planning for grippers with two jaws.
+    """
     load_kernels()
     cell, _ = make_cell(GraspTrial(family="single", seed=0, known=True))
     scene, _, _ = observe(cell)
     if scene is not None:
         select_grasp(cell, scene, FailedGrasps())
+        if jaws:
+            plan_grasps(scene, load_hand("panda"))
