@@ -28,6 +28,7 @@ from .phases import TouchPhases
 from .selection import PRESETS, SelectionMatrix
 from .servo import ServoGoal, TactileServo
 from .servo_options import ServoOptions
+from .timing import Timing, identify_timing
 from .twist import world_twist
 
 __all__ = [
@@ -51,12 +52,14 @@ __all__ = [
     "TactileArray",
     "TactileImage",
     "TactileServo",
+    "Timing",
     "TouchPhases",
     "calibrate",
     "calibrate_linear",
     "contact_features",
     "contact_region",
     "hough_axis",
+    "identify_timing",
     "load_calibration",
     "long_axis",
     "save_calibration",

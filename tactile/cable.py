@@ -17,14 +17,19 @@ if TYPE_CHECKING:
     from .image import TactileImage
 
 OFFSET_GAIN = 16.0
-"""Gain of the offset across the line, 1/s."""
+"""Maximum gain of the offset across the line, 1/s."""
 ANGLE_GAIN = 10.0
-"""Gain of the heading error, 1/s."""
+"""Maximum gain of the heading error, 1/s."""
+STABLE_PRODUCT = 0.5
+"""Maximum product of a gain and the lead time. A loop with this delay oscillates from 1.6 on."""
 FIT_REACH = 0.025
 """Distance along the line from the pad's middle up to which the imprint is fitted, m. A longer one
 reduces noise, a shorter one follows lines with changing curvature."""
 BEND_WINDOW = 3
 """Number of averaged readings of the curvature, the noisiest of the three parameters."""
+MIN_SHARE = 0.25
+"""Minimum pressure of a tactel of the imprint as a share of the highest one. After the cable has
+left a tactel, foam with hysteresis still reads 10 to 20 %."""
 MIN_TACTELS = 8
 """Minimum number of tactels of a line."""
 MAX_HEADING_ERROR = 0.8
@@ -113,7 +118,8 @@ def fit_line(
     orientation
         Approximate direction of travel along the line, rad.
     threshold
-        Pressure above which a tactel belongs to the imprint, Pa.
+        Pressure above which a tactel belongs to the imprint, Pa; at least `MIN_SHARE` of the
+        highest pressure.
     reach
         Distance along the line from the pad's middle at which the weight falls to zero, m.
 
@@ -205,9 +211,10 @@ class CableFollower:
         error = (offset - w) * np.cos(direction - line.angle)
         heading_error = direction - (o.heading + turned)
         speed = o.speed if abs(heading_error) < MAX_HEADING_ERROR else 0.0
-        sideways = np.clip(OFFSET_GAIN * error, -MAX_SIDE_SPEED, MAX_SIDE_SPEED)
+        stable = STABLE_PRODUCT / max(o.lead, 1e-3)
+        sideways = np.clip(min(OFFSET_GAIN, stable) * error, -MAX_SIDE_SPEED, MAX_SIDE_SPEED)
         cd, sd = np.cos(direction - turned), np.sin(direction - turned)
-        turn = speed * curvature + ANGLE_GAIN * heading_error
+        turn = speed * curvature + min(ANGLE_GAIN, stable) * heading_error
         return np.array(
             [
                 speed * cd - sideways * sd,
@@ -228,6 +235,7 @@ def fit_parabola(pressures, positions, angle, threshold, reach, out):
     """
     c, s = np.cos(angle), np.sin(angle)
     touched = 0
+    threshold = max(threshold, MIN_SHARE * pressures.max())
     ahead, behind = -np.inf, -np.inf
     moments = np.zeros(5)
     right = np.zeros(3)

@@ -9,8 +9,10 @@ import numpy as np
 
 from eyehand.errors import InputError
 
+from .place_estimate import AGE, PLACE_X, PLACE_Y, SIDE_X, SIDE_Y
 from .selection import TRACK, SelectionMatrix
-from .servo_kernels import (
+from .servo_kernels import servo_cycle
+from .servo_memory import (
     COMMANDS,
     CONFIDENCE,
     COUNT,
@@ -20,11 +22,12 @@ from .servo_kernels import (
     INTEGRAL_X,
     INTEGRAL_Y,
     ORIENTATION,
+    PLACE_START,
     PRESSURE,
+    RING_ROWS,
     SELECTION_START,
     STATE_SIZE,
     STIFFNESS_START,
-    servo_cycle,
 )
 from .servo_options import MAX_WINDOW, ORIENTATION_WINDOW, ServoOptions
 from .servo_tuples import ServoSettings
@@ -122,8 +125,9 @@ class TactileServo:
         self._memory = self._state[:STIFFNESS_START]
         self._stiffness = self._state[STIFFNESS_START:SELECTION_START]
         self._selection_array = self._state[SELECTION_START:GOAL_START]
-        self._goal_array = self._state[GOAL_START:]
-        self._rings = np.zeros((5, MAX_WINDOW))
+        self._goal_array = self._state[GOAL_START:PLACE_START]
+        self._place = self._state[PLACE_START:]
+        self._rings = np.zeros((RING_ROWS, MAX_WINDOW))
         self.reset()
         self.goal = goal or ServoGoal()
         self.selection = selection
@@ -197,7 +201,7 @@ class TactileServo:
         touching = features.force > 0.0
         contact = (
             touching, features.centre, self.measured_pressure(features), features.area,
-            features.orientation, features.confidence,
+            features.orientation, features.confidence, features.force,
         )  # fmt: skip
         bad = servo_cycle(
             self._settings,
@@ -220,12 +224,37 @@ class TactileServo:
         """Clear all memory of contacts."""
         self._memory[:] = 0.0
         self._rings[:] = 0.0
+        self._place[:] = 0.0
+        self.side_force = None
         self._stiffness[:] = new_stiffness(self._initial_stiffness)
 
     def set_sent_twist(self, twist: NDArray[np.float64]) -> None:
         """Correct the last command: the arm received this twist (6,) instead of the servo's."""
         cycle = int(self._memory[CYCLE]) - 1
         self._rings[COMMANDS, cycle % MAX_WINDOW] = twist[2]
+
+    @property
+    def side_force(self) -> NDArray[np.float64] | None:
+        """Tangential force on the sensor, (2,), N, along x and y; None if the arm measures none.
+
+        Set it before each cycle; it serves to estimate the place of the contact.
+        """
+        force = self._place[SIDE_X : SIDE_Y + 1]
+        return force.copy() if np.isfinite(force).all() else None
+
+    @side_force.setter
+    def side_force(self, force: NDArray[np.float64] | None) -> None:
+        self._place[SIDE_X : SIDE_Y + 1] = np.nan if force is None else force
+
+    @property
+    def place(self) -> NDArray[np.float64] | None:
+        """Estimated true place of the contact when the last image was taken, (2,), m.
+
+        None without contact, or without `ServoOptions.shear_lever`.
+        """
+        if self._place[AGE] == 0.0:
+            return None
+        return self._place[PLACE_X : PLACE_Y + 1].copy()
 
     @property
     def stiffness(self) -> float:
@@ -263,4 +292,5 @@ def _settings(options: ServoOptions) -> ServoSettings:
         initial_stiffness=INITIAL_STIFFNESS if known is None else known,
         arm_lag=options.arm_lag,
         latency=round(options.latency),
+        shear_lever=options.shear_lever,
     )

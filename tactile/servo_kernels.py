@@ -2,12 +2,41 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 from numba import njit
 from numba.np.unsafe.ndarray import to_fixed_tuple
 
+from .pid import PidLaw, pid_speed
+from .place_estimate import estimate_place, lose_place
+from .servo_memory import (
+    ARM_Z,
+    COMMANDS,
+    CONFIDENCE,
+    COSINES,
+    COUNT,
+    CYCLE,
+    DEPTH,
+    DEPTHS,
+    GOAL_START,
+    HAS_ANGLE,
+    HAS_LAST,
+    INTEGRAL_P,
+    INTEGRAL_X,
+    LANDED,
+    LAST_ANGLE,
+    LAST_P,
+    LAST_X,
+    LOST_FOR,
+    ORIENTATION,
+    PLACE_START,
+    PLACES,
+    PRESSURE,
+    PRESSURES,
+    SELECTION_START,
+    SINES,
+    SPEEDS,
+    STIFFNESS_START,
+)
 from .servo_tuples import SETTINGS, Contact, ServoArrays, ServoSettings
 from .stiffness import (
     REF_DEPTH,
@@ -19,22 +48,8 @@ from .stiffness import (
     update_stiffness,
 )
 
-(
-    INTEGRAL_X, INTEGRAL_Y, INTEGRAL_P, LAST_X, LAST_Y, LAST_P, HAS_LAST, LAST_ANGLE, HAS_ANGLE,
-    COUNT, CYCLE, DEPTH, ARM_Z, LOST_FOR, PRESSURE, ORIENTATION, CONFIDENCE, LANDED,
-) = range(18)  # fmt: skip
-"""Indices of the memory: integral parts (m/s), last errors of x, y (m) and pressure (Pa) and
-whether they exist, last error of the angle (rad) and whether it exists, samples in the averages,
-number of cycles, position along z (m), modelled arm velocity along z (m/s), time without contact
-(s), the averaged features, and whether the pressure has been near its goal since contact."""
-
-STIFFNESS_START, SELECTION_START, GOAL_START, STATE_SIZE = 18, 26, 32, 36
-"""Starts of the parts of the state after the memory, and its length. One array costs less at the
-call than four."""
-
-PRESSURES, DEPTHS, COSINES, SINES, COMMANDS = range(5)
-"""Rows of the ring buffers."""
-
+COMMAND_CYCLES = 1
+"""Cycles of the latency from a command to the motion. The others are the wait of the image."""
 RETREAT_SPEED = 0.05
 """Speed limit away from the object, m/s."""
 MAX_ROLL_RATIO = 40.0
@@ -44,9 +59,6 @@ PRESS_BAND = 0.2
 compensates faster drifts and overshoots more after contact."""
 SLIDE_BAND = 0.002
 """Error of the centre of pressure within which its integral grows, m."""
-INTEGRAL_SHARE = 0.25
-"""Maximum share of a speed limit that an integral part may command. A smaller share gives a softer
-contact, a larger one compensates faster drifts."""
 LOW_CONFIDENCE, HIGH_CONFIDENCE = 0.25, 0.6
 """Confidence of the orientation up to which the pad does not turn, and from which it turns with
 the full gain."""
@@ -66,19 +78,6 @@ TILT_MOMENT = 1.0 / 12.0
 pressure by area/12 (dp/dz)/p per radian."""
 
 
-class PidLaw(NamedTuple):
-    """Gains and limits of one feature in eq. (13)."""
-
-    gain: float
-    """m/s per unit of the error."""
-    band: float
-    """Error within which the integral grows."""
-    min_speed: float
-    """m/s."""
-    max_speed: float
-    """m/s."""
-
-
 @njit(cache=True)
 def servo_cycle(settings, state, rings, contact, external, measured, dt, out):
     """Compute the sensor twist of one cycle, eqs. (13) and (15).
@@ -88,9 +87,9 @@ def servo_cycle(settings, state, rings, contact, external, measured, dt, out):
     settings
         The values of `ServoSettings` as an array.
     state
-        (STATE_SIZE,): memory, stiffness, selection and goal of `ServoArrays`.
+        (STATE_SIZE,): memory, stiffness, selection, goal and place of `ServoArrays`.
     rings
-        (5, MAX_WINDOW), ring buffers of `ServoArrays`.
+        (RING_ROWS, MAX_WINDOW), ring buffers of `ServoArrays`.
     contact
         The values of `Contact` as a plain tuple. Numba needs 9 µs to accept a named tuple from
         Python, but less than 0.1 µs for a plain one.
@@ -114,7 +113,8 @@ def servo_cycle(settings, state, rings, contact, external, measured, dt, out):
         rings,
         state[STIFFNESS_START:SELECTION_START],
         state[SELECTION_START:GOAL_START],
-        state[GOAL_START:],
+        state[GOAL_START:PLACE_START],
+        state[PLACE_START:],
     )
     c = Contact(*contact)
     total = dt + c.pressure + c.area + c.orientation + c.confidence
@@ -125,6 +125,8 @@ def servo_cycle(settings, state, rings, contact, external, measured, dt, out):
     _track_depth(s, a, measured, c.centre, dt)
     out[:] = 0.0
     if c.touching:
+        if s.shear_lever > 0.0 and np.isfinite(np.sum(measured)):
+            c = _with_true_place(s, a, c, measured, dt)
         _filter(s, a, c)
         a.memory[LOST_FOR] = 0.0
         _slide_and_roll(s, a, c, dt, out)
@@ -139,6 +141,7 @@ def servo_cycle(settings, state, rings, contact, external, measured, dt, out):
         out[2] -= out[3] * c.centre[1] - out[4] * c.centre[0]
     else:
         _lose_contact(s, a, dt)
+        lose_place(a.place)
         if s.anti_windup == 0.0:
             _press(s, a, 0.0, dt, out)
         along_normal = out[2]
@@ -156,13 +159,47 @@ def _track_depth(settings, arrays, measured, centre, dt):
     along = measured[2] + measured[3] * centre[1] - measured[4] * centre[0]
     # A value that is not finite would stay in the depth for ever.
     if np.isfinite(along):
-        memory[ARM_Z] = along
+        # The pressure is that of an older image, so the depth must be as old.
+        cycle = int(memory[CYCLE])
+        rings[SPEEDS, cycle % rings.shape[1]] = along
+        memory[ARM_Z] = rings[SPEEDS, (cycle - _wait(settings)) % rings.shape[1]]
     else:
         cycle = int(memory[CYCLE]) - 1 - int(settings.latency)
         command = rings[COMMANDS, cycle % rings.shape[1]] if cycle >= 0 else 0.0
         lag = settings.arm_lag
         memory[ARM_Z] += (command - memory[ARM_Z]) * (1.0 - np.exp(-dt / lag) if lag > 0 else 1.0)
     memory[DEPTH] += memory[ARM_Z] * dt
+
+
+@njit(cache=True)
+def _wait(settings):
+    """Return the age of an image when it arrives, cycles: all delay but that of the command."""
+    return max(int(settings.latency) - COMMAND_CYCLES, 0)
+
+
+@njit(cache=True)
+def _with_true_place(settings, arrays, contact, measured, dt):
+    """Return the contact with the estimate of its true place in the place of its centre."""
+    centre = contact.centre.copy()
+    estimate_place(
+        arrays.place,
+        arrays.rings[PLACES:],
+        int(arrays.memory[CYCLE]),
+        contact.centre,
+        contact.force,
+        measured,
+        (settings.shear_lever, float(_wait(settings)), dt),
+        centre,
+    )
+    return Contact(
+        contact.touching,
+        centre,
+        contact.pressure,
+        contact.area,
+        contact.orientation,
+        contact.confidence,
+        contact.force,
+    )
 
 
 @njit(cache=True)
@@ -209,7 +246,7 @@ def _slide_and_roll(settings, arrays, contact, dt, out):
             if selection[roll] > 0.0:
                 gain *= settings.slide_share
             law = PidLaw(gain, SLIDE_BAND, -settings.slide_speed, settings.slide_speed)
-            out[axis] = _pid(settings, memory, axis, error, law, dt)
+            out[axis] = pid_speed(settings, memory, axis, error, law, dt)
         else:
             # When the axis is selected later, the derivative must not see this change as a jump.
             memory[LAST_X + axis] = error
@@ -229,35 +266,10 @@ def _press(settings, arrays, pressure, dt, out):
     if arrays.selection[2] > 0.0:
         gain = settings.press_gain / arrays.stiffness[STIFFNESS]
         law = PidLaw(gain, band, -RETREAT_SPEED, settings.press_speed)
-        out[2] = _pid(settings, memory, 2, goal - pressure, law, dt)
+        out[2] = pid_speed(settings, memory, 2, goal - pressure, law, dt)
     else:
         memory[LAST_P] = goal - pressure
     memory[HAS_LAST] = 1.0
-
-
-@njit(cache=True)
-def _pid(settings, memory, feature, error, law, dt):
-    """Return the speed (m/s) of eq. (13) for feature 0 (x), 1 (y) or 2 (pressure).
-
-    With anti-windup, the integral grows only near the goal and below the speed limit. Far from the
-    goal, an error of the opposite sign reduces the integral to zero.
-    """
-    total, last = INTEGRAL_X + feature, LAST_X + feature
-    slope = (error - memory[last]) / dt if memory[HAS_LAST] > 0.0 else 0.0
-    memory[last] = error
-    before = memory[total]
-    speed = law.gain * (error + settings.derivative_time * slope) + before
-    growth = law.gain / settings.integral_time * error * dt
-    low, high = law.min_speed, law.max_speed
-    if settings.anti_windup == 0.0:
-        memory[total] += growth
-    elif abs(error) <= law.band:
-        if not ((speed > high and growth > 0.0) or (speed < low and growth < 0.0)):
-            memory[total] = min(max(before + growth, INTEGRAL_SHARE * low), INTEGRAL_SHARE * high)
-    elif before * growth < 0.0:
-        # A kept integral would hold the error at which it balances the proportional part.
-        memory[total] = before + growth if abs(growth) < abs(before) else 0.0
-    return min(max(speed, low), high)
 
 
 @njit(cache=True)

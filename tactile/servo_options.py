@@ -42,6 +42,10 @@ class ServoOptions:
     window: int = 6
     """Samples of the pressure that are averaged, 1 to 100. More samples reduce noise, but their
     delay reduces the allowed gain. Haschke's chapter averages 10."""
+    shear_lever: float = 0.0
+    """Height of the foam, m, by which friction moves the centre of pressure (h Ft / Fn). With it,
+    the servo estimates the true place from its own motion and `TactileServo.side_force`; 0 takes
+    the measured centre."""
     stability_share: float = 0.25
     """Used share of the loop gain at which the loop oscillates. 0.25 settles without ringing."""
     press_gain: float = 14.0

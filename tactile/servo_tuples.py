@@ -50,6 +50,8 @@ class ServoSettings(NamedTuple):
     """s."""
     latency: float
     """Cycles, a whole number."""
+    shear_lever: float
+    """m; 0 takes the measured centre of pressure as the place."""
 
 
 SETTINGS = len(ServoSettings._fields)
@@ -61,13 +63,15 @@ class ServoArrays(NamedTuple):
     memory: NDArray[np.float64]
     """(18,), see `servo_kernels.INTEGRAL_X` and the following."""
     rings: NDArray[np.float64]
-    """(5, MAX_WINDOW), the last samples of `servo_kernels.PRESSURES` and the following."""
+    """(RING_ROWS, MAX_WINDOW), the last samples of `servo_kernels.PRESSURES` and the following."""
     stiffness: NDArray[np.float64]
     """(8,), state of the stiffness estimate."""
     selection: NDArray[np.float64]
     """(6,), diagonal of the projector P."""
     goal: NDArray[np.float64]
     """(4,): x, y (m), pressure (Pa), orientation (rad)."""
+    place: NDArray[np.float64]
+    """(7,), state of `place_estimate`."""
 
 
 class Contact(NamedTuple):
@@ -85,3 +89,5 @@ class Contact(NamedTuple):
     """rad."""
     confidence: float
     """0..1."""
+    force: float
+    """N."""

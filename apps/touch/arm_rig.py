@@ -40,6 +40,9 @@ CYCLE = 1.0 / CONTROL_RATE
 SensorName = Literal["ideal", "good", "real", "harsh"]
 """Name of a sensor model of `SENSORS`."""
 
+WRIST_NOISE = 0.1
+"""Standard deviation of the force that the wrist measures in a cycle, N."""
+
 _BASE_BODY = "base"
 
 
@@ -79,6 +82,8 @@ class Hand:
         """Features of the last image."""
         self.active_limits: tuple[str, ...] = ()
         """Names of the limits that were active in the last cycle."""
+        self.side_force = np.zeros(2)
+        """Tangential force on the pad, (2,), N, that the wrist measures with noise."""
         self.set_state(q, np.zeros(robot.n))
 
     @property
@@ -87,6 +92,11 @@ class Hand:
         # Forward kinematics returns a valid rotation, and a check would take longer.
         rotation = Rotation.from_matrix(self._state.rotation, assume_valid=True)
         return RigidTransform.from_components(self._state.position, rotation)
+
+    @property
+    def tactel_area(self) -> float:
+        """Area of a tactel, m²."""
+        return self.reader.image.array.area
 
     @property
     def twist(self) -> NDArray[np.float64]:
@@ -161,6 +171,7 @@ class ArmRig:
         self.simulation = PadSimulation.of_scene(
             scene, joints, o.image_rate, seed, readouts, sensor
         )
+        self._wrist_rng = np.random.default_rng((seed, 2))
         self._backlash = sensor.backlash
         self._motors = self.simulation.joints
         self.hands: tuple[Hand, ...] = tuple(
@@ -219,6 +230,8 @@ class ArmRig:
         joints = np.split(self._motors, len(self.hands))
         for number, hand in enumerate(self.hands):
             hand.set_state(joints[number], speeds[number])
+            push = -self.simulation.pads[number].wrench[:2]
+            hand.side_force = push + WRIST_NOISE * self._wrist_rng.standard_normal(2)
             if samples:
                 images = np.array([sample[number].raw for sample in samples])
                 hand.features = hand.reader.read(np.rint(images.mean(axis=0)).astype(np.uint16))

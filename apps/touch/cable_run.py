@@ -21,6 +21,7 @@ from eyehand.tactile import (
 
 from .arm_rig import CYCLE, ArmRig, RigOptions, SensorName, home_pose
 from .cable_shapes import CABLE_RADIUS, SPACING, CableShape, cable_shape
+from .commissioning import commissioned
 from .start_posture import facing_down, start_posture
 
 if TYPE_CHECKING:
@@ -90,9 +91,11 @@ def run_cable(seed: int, speed: float, sensor: SensorName = "good") -> CableRun:
     home = home_pose().translation
     origin = home + np.array([CABLE_AHEAD, 0.0, -DROP])
     rig = _rig_over_cable(shape, origin, rng, (seed, sensor))
-    phases = TouchPhases(TactileServo(ServoGoal(force=FORCE), PRESETS["press"]))
+    options = commissioned(sensor)
+    phases = TouchPhases(TactileServo(ServoGoal(force=FORCE), PRESETS["press"], options))
     phases.phase = "hold"
-    follower = CableFollower(CableOptions(speed=speed))
+    lead = options.arm_lag + options.latency * CYCLE
+    follower = CableFollower(CableOptions(speed=speed, lead=lead))
     time_limit = EXTRA_TIME + len(shape.line) * SPACING / speed
     log: list[tuple[float, float, float, float]] = []
     outcome = "time over"
@@ -104,6 +107,7 @@ def run_cable(seed: int, speed: float, sensor: SensorName = "good") -> CableRun:
             if follower.at_end:
                 outcome = "end of the cable"
                 break
+        phases.servo.side_force = hand.side_force
         step = phases.step(hand.features, CYCLE, external=guide, measured=hand.twist)
         if step.outcome:
             outcome = step.outcome

@@ -12,6 +12,7 @@ from eyehand.data_synth.pad import PlacedObject, box_edge, pad_scene
 from eyehand.tactile import PRESETS, ServoGoal, TactileServo, TouchPhases
 
 from .arm_rig import CYCLE, ArmRig, RigOptions, SensorName, home_pose
+from .commissioning import commissioned
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -76,12 +77,13 @@ def run_edge(seed: int, sensor: SensorName = "good") -> EdgeRun:
         turned = Rotation.from_euler("z", direction(time), degrees=True)
         quats[0] = turned.as_quat(scalar_first=True)
 
-    servo = TactileServo(ServoGoal(force=FORCE), PRESETS["edge"])
+    servo = TactileServo(ServoGoal(force=FORCE), PRESETS["edge"], commissioned(sensor))
     phases = TouchPhases(servo)
     phases.phase = "hold"
     log: list[tuple[float, float, float, float]] = []
     landing = np.inf
     while rig.time < ALIGN_SECONDS + SWING_PERIOD and phases.phase != "ended":
+        servo.side_force = rig.hand.side_force
         step = phases.step(rig.hand.features, CYCLE, measured=rig.hand.twist)
         sample = rig.step(step.twist, move=turn)[-1][0]
         if sample.force > 0.0:

@@ -27,6 +27,7 @@ from eyehand.tactile import (
 )
 
 from .arm_rig import CYCLE, ArmRig, Hand, RigOptions, SensorName, home_pose
+from .commissioning import commissioned
 from .explore_lanes import distances, lanes, position_on_path
 from .felt_points import felt_points
 from .start_posture import facing_down, start_posture
@@ -156,7 +157,7 @@ def _scan(
     hand = rig.hands[number]
     seconds = float(path_distances[-1]) / speed
     # The contact jumps between ridge, block and dome, so the bounds of the phases are wide.
-    servo = TactileServo(ServoGoal(force=FORCE), PRESETS["roll"])
+    servo = TactileServo(ServoGoal(force=FORCE), PRESETS["roll"], commissioned(pad[1]))
     options = PhaseOptions(
         jump=JUMP, saturated_share=MAX_SATURATED_SHARE, pressure_limit=MAX_MEAN_PRESSURE
     )
@@ -177,6 +178,7 @@ def _scan(
         if felt:
             force += EASE * (_goal_force(hand, felt) - force)
             servo.goal = ServoGoal(force=force)
+        servo.side_force = hand.side_force
         step = phases.step(felt, CYCLE, external=guide, measured=hand.twist)
         twists = [step.twist if k == number else still for k in range(len(arms))]
         reading = rig.step(*twists)[-1][number]

@@ -12,6 +12,7 @@ from eyehand.errors import DeviceError
 from eyehand.tactile import SelectionMatrix, ServoGoal, TactileServo, TouchPhases
 
 from .arm_rig import ArmRig, RigOptions, SensorName, home_pose
+from .commissioning import commissioned
 from .servo_run import run_servo
 
 PATH_LENGTH = 0.005
@@ -68,7 +69,8 @@ def follow_probe(seed: int, sensor: SensorName = "good") -> ProbePath:
     placed = PlacedObject(probe(), RigidTransform.from_translation(start))
     options = RigOptions(image_rate=IMAGE_RATE, sensor=sensor)
     rig = ArmRig(pad_scene((placed,)), seed=seed, options=options)
-    servo = TactileServo(ServoGoal(pressure=PRESSURE), SelectionMatrix(press=True))
+    goal, press = ServoGoal(pressure=PRESSURE), SelectionMatrix(press=True)
+    servo = TactileServo(goal, press, commissioned(sensor))
     run = run_servo(
         rig,
         TouchPhases(servo),

@@ -13,6 +13,7 @@ from eyehand.errors import DeviceError
 from eyehand.tactile import PRESETS, ServoGoal, TactileServo, TouchPhases
 
 from .arm_rig import ArmRig, RigOptions, SensorName, home_pose
+from .commissioning import commissioned
 from .servo_run import ServoRun, run_servo
 
 if TYPE_CHECKING:
@@ -77,7 +78,7 @@ def roll_once(seed: int, sensor: SensorName = "good") -> RollTrial:
         turn = Rotation.from_rotvec(turned(time) * axis)
         rig.simulation.data.mocap_quat[0] = turn.as_quat(scalar_first=True)
 
-    servo = TactileServo(ServoGoal(pressure=PRESSURE), PRESETS["roll"])
+    servo = TactileServo(ServoGoal(pressure=PRESSURE), PRESETS["roll"], commissioned(sensor))
     run = run_servo(rig, TouchPhases(servo), SECONDS, move=move)
     if run.outcome is not None or not len(run.time):
         raise DeviceError(f"the rolling trial ended early (seed {seed}): {run.outcome}")

@@ -20,6 +20,7 @@ from eyehand.tactile import (
 )
 
 from .arm_rig import CYCLE, ArmRig, RigOptions, SensorName, home_pose
+from .commissioning import commissioned
 from .seek_shapes import SHAPES, SeekShape
 
 if TYPE_CHECKING:
@@ -114,7 +115,8 @@ def run_seek(name: str, seed: int, *, quick: bool = False, sensor: SensorName = 
     rig = ArmRig(scene, seed=seed, options=RigOptions(sensor=sensor))
     from_world = T_world_object.inv()
     phases = TouchPhases(
-        TactileServo(ServoGoal(pressure=PRESSURE), PRESETS["press"]), PhaseOptions(jump=JUMP)
+        TactileServo(ServoGoal(pressure=PRESSURE), PRESETS["press"], commissioned(sensor)),
+        PhaseOptions(jump=JUMP),
     )
     phases.phase = "hold"
     follower = ContourFollower(
@@ -135,6 +137,7 @@ def run_seek(name: str, seed: int, *, quick: bool = False, sensor: SensorName = 
                 image = hand.reader.image
                 pressures = image.pressures.reshape(image.array.grid or (1, -1)).copy()
                 spots.append(FoundPoint(found.point.kind, felt, true, pressures))
+        phases.servo.side_force = hand.side_force
         step = phases.step(hand.features, CYCLE, external=outer, measured=hand.twist)
         outcome = step.outcome or outcome
         reading = rig.step(step.twist)[-1][0]

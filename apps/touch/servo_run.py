@@ -26,11 +26,14 @@ class ServoRun:
     time: NDArray[np.float64]
     """(M,), s since the landing."""
     pressure: NDArray[np.float64]
-    """(M,), the feature of eq. 12, Pa."""
+    """(M,), the mean pressure over the soft-rimmed region, Pa."""
+    eq12: NDArray[np.float64]
+    """(M,), the mean pressure as eq. (12) prints it: over the region with a hard rim, Pa."""
     averaged: NDArray[np.float64]
     """(M,), the same after the servo's filter, Pa."""
     centre: NDArray[np.float64]
-    """(M, 2), centre of pressure, m, in the pad's frame."""
+    """(M, 2), centre of pressure, m, in the pad's frame; with a lever of shear, the estimated
+    place."""
     true_centre: NDArray[np.float64]
     """(M, 2), true centre of pressure, m; NaN without contact."""
     area: NDArray[np.float64]
@@ -85,6 +88,7 @@ def run_servo(
     while landing is None or rig.time - landing < seconds:
         since = 0.0 if landing is None else rig.time - landing
         outer = None if external is None or landing is None else external(since)
+        phases.servo.side_force = hand.side_force
         step = phases.step(hand.features, CYCLE, external=outer, measured=hand.twist)
         if step.outcome is not None:
             break
@@ -93,13 +97,14 @@ def run_servo(
         sample = rig.step(step.twist, move=move_bodies if move else None)[-1][0]
         if landing is None:
             continue
-        pose, features = hand.pose, hand.features
+        pose, features, place = hand.pose, hand.features, phases.servo.place
         rows.append(
             (
                 rig.time - landing,
                 features.pressure,
+                features.force / max(features.tactels, 1) / hand.tactel_area,
                 phases.servo.filtered[0],
-                features.centre[:2].copy(),
+                features.centre[:2].copy() if place is None else place,
                 sample.centre[:2],
                 features.area,
                 sample.force,
@@ -108,5 +113,5 @@ def run_servo(
                 step.phase == "task",
             )
         )
-    columns = [np.array(column) for column in zip(*rows, strict=True)] or [np.zeros(0)] * 10
+    columns = [np.array(column) for column in zip(*rows, strict=True)] or [np.zeros(0)] * 11
     return ServoRun(*columns, outcome=phases.outcome)

@@ -57,9 +57,14 @@ def _measure(plan: TrialPlan, sensor: SensorName = "good") -> ExperimentResult:
             ("standard deviation", "{standard_deviation:.4f} ({paper_standard_deviation:.3f})"),
             ("response time", "{response_time_s:.2f} s ({paper_response_time_s:.1f})"),
             ("slowest", "{slowest_response_s:.2f} s"),
+            ("peak", "{peak:.2f}"),
+            ("eq. (12)", "{eq12_pressure:.0f} Pa"),
+            ("true error", "{true_error:.4f} px"),
         ],
         caption="in brackets: the chapter's Table 1; objects: as a share of the goal, 1 kPa; X, Y: "
-        f"in tactels\ncalibration, features and servo: {times['servo_cycle_us']:.1f} µs "
+        "in tactels; peak: highest pressure over the goal; eq. (12): mean pressure as printed, "
+        "without the soft rim; true error: of the true centre of pressure"
+        f"\ncalibration, features and servo: {times['servo_cycle_us']:.1f} µs "
         f"(chapter: 4000); simulated image: {times['image_us']:.0f} µs",
     )
     provenance = plan.provenance("pen, toy box, soft ball; 16 × 16 tactels, 250 cycles a second")

@@ -13,6 +13,7 @@ from eyehand.errors import DeviceError
 from eyehand.tactile import ServoGoal, TactileServo, TouchPhases
 
 from .arm_rig import ArmRig, RigOptions, home_pose
+from .commissioning import commissioned
 from .servo_run import ServoRun, run_servo
 
 if TYPE_CHECKING:
@@ -84,7 +85,7 @@ def track_once(name: str, seed: int, seconds: float, sensor: SensorName = "good"
     placed = PlacedObject(OBJECTS[name](), RigidTransform.from_translation(place))
     options = RigOptions(image_rate=IMAGE_RATE, sensor=sensor)
     rig = ArmRig(pad_scene((placed,)), seed=seed, options=options)
-    phases = TouchPhases(TactileServo(ServoGoal(pressure=PRESSURE)))
+    phases = TouchPhases(TactileServo(ServoGoal(pressure=PRESSURE), options=commissioned(sensor)))
     run = run_servo(rig, phases, seconds)
     if run.outcome is not None or not len(run.time):
         raise DeviceError(f"tracking ended early on {name} (seed {seed}): {run.outcome}")
@@ -121,7 +122,8 @@ def track_rows(trials: Sequence[TrackTrial], seconds: float) -> list[dict[str, A
             for run, values, mean in zip(runs, single, averaged, strict=True)
         ]
         row["single_reading_deviation"] = float(np.mean(raw))
-        row["overshoot"] = float(max(mean.max() for mean in averaged))
+        row["peak"] = 1.0 + float(max(mean.max() for mean in averaged))
+        row["eq12_pressure"] = float(np.mean([run.eq12[run.time >= 1.0].mean() for run in runs]))
         rows.append(row)
     runs = [trial.run for trial in trials]
     for axis, name in enumerate(("X", "Y")):

@@ -8,7 +8,7 @@ from scipy.spatial import KDTree
 
 from eyehand.errors import InputError
 from eyehand.tactile import TactileArray, TactileImage, contact_features
-from eyehand.tactile.cable import CableFollower, CableOptions, fit_line
+from eyehand.tactile.cable import MIN_SHARE, CableFollower, CableOptions, fit_line
 from eyehand.tactile.selection import CABLE, PRESS
 from eyehand.tactile.servo import TactileServo
 
@@ -43,7 +43,8 @@ def test_fit_line_equals_weighted_least_squares():
     fit = fit_line(image, 0.7, 50.0, reach=0.03)
     x, y = PAD.positions[:, 0], PAD.positions[:, 1]
     u, w = np.cos(0.7) * x + np.sin(0.7) * y, -np.sin(0.7) * x + np.cos(0.7) * y
-    weight = np.maximum(image.pressures - 50.0, 0.0) * np.maximum(1.0 - (u / 0.03) ** 2, 0.0) ** 2
+    floor = MIN_SHARE * image.pressures.max()
+    weight = np.maximum(image.pressures - floor, 0.0) * np.maximum(1.0 - (u / 0.03) ** 2, 0.0) ** 2
     bend, slope, offset = np.polyfit(u, w, 2, w=np.sqrt(weight))
     assert [fit.offset, fit.slope, fit.bend] == pytest.approx([offset, slope, bend], rel=1e-6)
 

@@ -1,0 +1,60 @@
+"""Commission a pad on an arm: press a plate once, and set the servo for what the press shows."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.spatial.transform import RigidTransform
+
+from eyehand.data_synth.pad import SENSORS, Foam, PlacedObject, pad_scene, toy_box
+from eyehand.tactile import ServoOptions, identify_timing
+
+from .arm_rig import CYCLE, ArmRig, RigOptions, home_pose
+
+if TYPE_CHECKING:
+    from eyehand.tactile import Timing
+
+    from .arm_rig import SensorName
+
+SEED = 20000
+"""Seed of the pad that is commissioned: no experiment uses it."""
+GAP = 0.002
+"""Initial distance from the pad to the plate, m."""
+APPROACH, PRESS = 0.02, 500.0
+"""Speed towards the plate, m/s, and the pressure at which it ends, Pa."""
+SHAKE_SECONDS = 1.2
+"""Duration of the shaking in contact, s."""
+SHAKE = ((0.010, 3.0), (0.012, 8.0))
+"""Amplitudes, m/s, and frequencies, 1/s, of the shaking along the normal."""
+
+
+@lru_cache
+def press_timing(sensor: SensorName) -> Timing:
+    """Press a plate with a pad of a sensor model, and identify delay and lag."""
+    placed = PlacedObject(
+        toy_box(), RigidTransform.from_translation(home_pose().apply([0.0, 0.0, GAP]))
+    )
+    rig = ArmRig(pad_scene((placed,)), seed=SEED, options=RigOptions(sensor=sensor))
+    commands, pressures = [], []
+    shaken = 0.0
+    while shaken < SHAKE_SECONDS and rig.time < SHAKE_SECONDS + 2.0:
+        speed = APPROACH
+        if shaken > 0.0 or rig.hand.features.pressure > PRESS:
+            speed = sum(a * np.sin(2 * np.pi * f * shaken) for a, f in SHAKE)
+            shaken += CYCLE
+        rig.step(np.array([0.0, 0.0, speed, 0.0, 0.0, 0.0]))
+        commands.append(speed)
+        pressures.append(rig.hand.features.pressure)
+    return identify_timing(np.array(commands), np.array(pressures), CYCLE)
+
+
+def commissioned(sensor: SensorName) -> ServoOptions:
+    """Return the options of a servo for a sensor model, with the timing that a press shows.
+
+    The thickness of the foam is known from its data sheet.
+    """
+    timing = press_timing(sensor)
+    lever = Foam().thickness if SENSORS[sensor].shear > 0 else 0.0
+    return ServoOptions(latency=timing.latency, arm_lag=timing.lag, shear_lever=lever)
