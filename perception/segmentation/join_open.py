@@ -28,6 +28,10 @@ neighbours."""
 MAX_FLOOR = 2.0
 """Maximum size of a vessel's floor, as a multiple of the visible inside. A higher value fills wide
 pots, and takes the table between objects for a floor."""
+MIN_FLOOR_CONTACT, MAX_FLOOR_STEP = 0.4, 0.1
+"""Minimum share of the border of a floor that touches the inside, and maximum share at which it
+hides the inside, if the floor is a region of its own. Objects in a vessel hide what lies behind
+them."""
 RING = 2
 """Width of the strip around a vessel's mouth in which its outside is searched, px."""
 
@@ -57,12 +61,33 @@ def join_open(
     if not hollow:
         return labels
     borders = count_border_pairs(labels, image, planes)
+    owner = _floor_owners(hollow, borders, sizes)
+    if np.any(owner != np.arange(count + 1)):
+        labels = owner[labels]
+        hollow = [k for k in hollow if owner[k] == k]
+        borders = count_border_pairs(labels, image, planes)
     joined = labels.copy()
     floors = _enclosed(labels, image.disparity)
     for label in hollow:
         if _has_neighbour(label, borders):
             _join_outside(label, labels, joined, floors, borders, image)
     return relabel_by_size(joined)
+
+
+def _floor_owners(
+    hollow: list[int], borders: Borders, sizes: NDArray[np.int64]
+) -> NDArray[np.int32]:
+    """Return the hollow region that each region is the floor of, or its own number, (n + 1,)."""
+    owner = np.arange(len(borders.contact), dtype=np.int32)
+    for label in hollow:
+        for k in range(1, len(owner)):
+            if sizes[k] >= sizes[label]:
+                continue
+            border = borders.perimeter(k)
+            touching, hiding = borders.contact[k, label].sum(), borders.occluding[k, label].sum()
+            if touching >= MIN_FLOOR_CONTACT * border and hiding <= MAX_FLOOR_STEP * border:
+                owner[k] = owner[label]
+    return owner
 
 
 def fill_mouths(

@@ -37,6 +37,13 @@ def test_unlabelled_bottom_joins_vessel():
     assert np.array_equal(whole, np.minimum(truth, 1))
 
 
+def test_bottom_that_is_a_region_joins_vessel():
+    frame, truth = solid_frame(VESSEL, (Plate(),))
+    low = (truth == 2) & (heights(frame) < 0.02)
+    _, whole = join(VESSEL, lambda labels: np.where(low, 3, labels).astype(np.int32))
+    assert np.array_equal(whole, np.minimum(truth, 1))
+
+
 @pytest.mark.parametrize(
     "other",
     [
