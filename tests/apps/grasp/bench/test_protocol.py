@@ -9,6 +9,7 @@ import pytest
 
 from eyehand.apps.grasp.bench.evaluate import evaluate_grasp
 from eyehand.apps.grasp.clutter_round import run_clutter_round
+from eyehand.apps.grasp.robot_choice import RobotChoice
 from eyehand.errors import InputError
 
 SHARED = Path(__file__).resolve().parents[5] / "shared" / "data" / "objects"
@@ -28,7 +29,8 @@ def test_hand_is_checked():
     if not SHARED.is_dir():
         pytest.skip(f"no {SHARED}")
     with pytest.raises(InputError, match="there is no hand 'pandda'"):
-        evaluate_grasp(protocol="clutter-removal", hand="pandda", objects=SHARED, rounds=1)
+        robot = RobotChoice(hand="pandda")
+        evaluate_grasp(protocol="clutter-removal", robot=robot, objects=SHARED, rounds=1)
 
 
 def test_quick_run_prints_rows_beside_those_of_others(capsys):
