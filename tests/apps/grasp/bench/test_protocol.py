@@ -28,8 +28,8 @@ def test_family_is_checked():
 def test_hand_is_checked():
     if not SHARED.is_dir():
         pytest.skip(f"no {SHARED}")
+    robot = RobotChoice(hand="pandda")
     with pytest.raises(InputError, match="there is no hand 'pandda'"):
-        robot = RobotChoice(hand="pandda")
         evaluate_grasp(protocol="clutter-removal", robot=robot, objects=SHARED, rounds=1)
 
 
