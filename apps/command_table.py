@@ -78,6 +78,10 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "eyehand.apps.touch.features:experiment_features",
         "section 3.2: methods for a contact's orientation and position, time against accuracy",
     ),
+    "experiment slip": (
+        "eyehand.apps.touch.slip:experiment_slip",
+        "section 3.1: classify recorded slip from windows of 50 ms, on objects not trained on",
+    ),
     "experiment cop": (
         "eyehand.apps.touch.cop:experiment_cop",
         "Fig. 5: the centre of pressure of a thin probe between tactels",

@@ -1,0 +1,101 @@
+"""`eyehand experiment slip`: classify recorded slip (section 3.1 of the chapter)."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..bench import (
+    Experiment,
+    ExperimentResult,
+    add_footer,
+    new_chart,
+    result_table,
+    run_experiment,
+)
+from ..bench.chart_style import BLUE, GREEN, GREY, VERMILION, add_legend, label_axes
+from .slip_recordings import FEATURES, SETS, TRAINED, load_windows, slip_rows
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from ..bench import TrialPlan
+
+PUBLISHED_PCT = 82.56
+"""Best share of right windows on unseen objects in the publication, from windows of 50 ms."""
+
+
+def experiment_slip(
+    *,
+    data: Path,
+    seed: int = 0,
+    out: Path = Path("out/experiment_slip"),
+    json: bool = False,
+) -> int:
+    """Classify recorded slip from windows of 50 ms: four directions, two rotations, no slip.
+
+    A network with one hidden layer is trained on one set of objects and tested on the others. The
+    recordings are the BioTac SP data set of Zapata-Impata and others (Sensors 19:523, 2019). Prints
+    the share of right windows and the area under the curve of slip against no slip, for the
+    chapter's Fourier features and others. Writes slip.png and slip.csv.
+
+    Parameters
+    ----------
+    data
+        Folder of the recordings, with one folder per class: n, e, s, w, cw, aw, t.
+    seed
+        Seed of the network's first weights.
+    out
+        Output folder.
+    json
+        Print one JSON object on stdout. The table then goes to stderr.
+    """
+    experiment = Experiment("slip", partial(_measure, data))
+    return run_experiment(experiment, seed=seed, out=out, json=json)
+
+
+def _measure(data: Path, plan: TrialPlan) -> ExperimentResult:
+    windows = load_windows(data)
+    rows = slip_rows(windows, [plan.seed])
+    names = [name for name in SETS if name != TRAINED]
+    table = result_table(
+        rows,
+        [
+            ("", "{name}"),
+            *((f"{name}: right", f"{{{name}_right_pct:.1f}} %") for name in names),
+            *((f"{name}: area", f"{{{name}_auc:.3f}}") for name in names),
+        ],
+        title=f"recorded slip, trained on {TRAINED}: windows of 50 ms with the right one of 7 "
+        "classes",
+        caption=f"published: {PUBLISHED_PCT} % on unseen objects; area: under the curve of slip "
+        "against no slip",
+    )
+    footer = plan.provenance(f"{len(windows.labels)} windows of the BioTac SP data set")
+    figure = _picture(rows, names)
+    add_footer(figure, footer)
+    return ExperimentResult(rows, table, figure, more={"published_right_pct": PUBLISHED_PCT})
+
+
+def _picture(rows: list[dict[str, Any]], names: list[str]) -> Figure:
+    figure, axes = new_chart(
+        "Slip of unseen objects, from windows of 50 ms",
+        f"share of windows with the right one of 7 classes; trained on {TRAINED}",
+        height=5.0,
+    )
+    panel = axes[0]
+    places = np.arange(len(names))
+    width = 0.8 / len(FEATURES)
+    for number, (row, colour) in enumerate(zip(rows, (VERMILION, BLUE, GREEN), strict=True)):
+        heights = [row[f"{name}_right_pct"] for name in names]
+        panel.bar(places + (number - 1) * width, heights, width, color=colour, label=row["name"])
+    panel.axhline(PUBLISHED_PCT, color=GREY, label=f"published, {PUBLISHED_PCT} %")
+    panel.set_xticks(places, names)
+    # The legend stands above the bars.
+    panel.set_ylim(0, 145)
+    panel.set_yticks(range(0, 101, 20))
+    label_axes(panel, "unseen objects", "right windows [%]")
+    add_legend(panel, where="upper right")
+    return figure
