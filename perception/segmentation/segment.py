@@ -84,7 +84,7 @@ def segment(frame: DepthFrame, options: SegmentationOptions | None = None) -> Se
     supports = include_floors(supports, found)
     above = above_support(image, supports, options.max_range)
     if supports:
-        above = remove_faces(above, image, find_faces(readings, supports))
+        above = above if found else remove_faces(above, image, find_faces(readings, supports))
     for one in found:
         above = remove_walls(above, image, one)
     window = candidate_window(above, image.area(MIN_PATCH))
