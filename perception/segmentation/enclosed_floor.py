@@ -26,6 +26,12 @@ SPACING = 0.01
 """Distance between the probes along the outline, m."""
 MIN_PROBED = 20
 """Minimum number of probes with a reading. An outline that leaves the image has fewer."""
+MIN_FACING = 0.3
+"""Minimum cosine between the outline's normal and the direction to the camera, in plan, of the
+front edge."""
+MIN_FRONT = 0.5
+"""Minimum share of the front edge that the image contains. Boards have walls on the other three
+sides."""
 
 
 def is_enclosed(support: Support, image: WorkingImage) -> bool:
@@ -35,6 +41,10 @@ def is_enclosed(support: Support, image: WorkingImage) -> bool:
     probe is above the support and near the probe in plan.
     """
     places, outwards = _outline(support.hull.astype(np.float64))
+    # The camera is at the origin of the plan.
+    towards = -np.einsum("ij,ij->i", places, outwards) / np.linalg.norm(places, axis=1)
+    front = towards > MIN_FACING
+    visible = front.copy()
     plane, k = support.plane, image.intrinsics
     rows, columns = image.depth.shape
     rises = np.zeros(len(places), bool)
@@ -46,6 +56,7 @@ def is_enclosed(support: Support, image: WorkingImage) -> bool:
         u = np.rint(points[:, 0] / z * k.fx + k.cx)
         v = np.rint(points[:, 1] / z * k.fy + k.cy)
         inside = (points[:, 2] > 0) & (u >= 0) & (v >= 0) & (u < columns) & (v < rows)
+        visible &= inside
         u = np.where(inside, u, 0).astype(np.intp)
         v = np.where(inside, v, 0).astype(np.intp)
         depth = np.where(inside, image.depth[v, u], 0.0).astype(np.float64)
@@ -54,6 +65,8 @@ def is_enclosed(support: Support, image: WorkingImage) -> bool:
         near = np.linalg.norm(reading @ support.axes.T - plan, axis=1) < MAX_OFFSET
         probed |= depth > 0
         rises |= (depth > 0) & near & (plane.height(reading) > MIN_RISE)
+    if visible.sum() < MIN_FRONT * front.sum():
+        return False
     count = int(np.count_nonzero(probed))
     return bool(count >= MIN_PROBED and np.count_nonzero(rises) >= MIN_RISING_SHARE * count)
 

@@ -52,3 +52,10 @@ def test_table_beyond_the_image_is_none():
 def test_answer_is_a_bool():
     assert isinstance(is_container(walls(0.05)), bool)
     assert not isinstance(is_container(walls(0.05)), np.bool_)
+
+
+def test_board_whose_front_edge_is_outside_the_image_is_none():
+    shelf = walls(0.1)
+    shelf[2] = Box(-0.21, 0.4, (0.02, 1.0, 0.1))
+    shelf += [Box(0.21, 0.4, (0.02, 1.0, 0.1))]
+    assert not is_container(shelf, Plate((-0.2, 0.2), (-0.2, 0.9)))
