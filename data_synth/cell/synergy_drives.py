@@ -145,7 +145,7 @@ class SynergyDrives:
         values = checked_values(command, self.drives)
         now = self.excursions()
         for k, (old, new) in enumerate(zip(self._modes, command.modes, strict=True)):
-            if new == "place" and old != "position":
+            if new == "position" and old != "position":
                 self._goal[k] = now[k]
             elif new == "hold" and old != "hold":
                 mine = self._owner == k

@@ -17,7 +17,7 @@ from .hand_messages import (
 )
 from .hand_model import HandModel
 from .hand_names import PALM, PINCER_FINGER, THUMB
-from .hand_state import finger_curl, finger_forces, grip_width, is_holding
+from .hand_state import finger_curl, finger_forces, finger_reading, grip_width, is_holding
 from .nominal_hand import nominal_hand
 from .parallel_hand import HandBox, HandJoint, ParallelHand, ToolPose, generic_jaw
 from .robot_file import DescribedHand, FileChoices, describe_hand
@@ -47,6 +47,7 @@ __all__ = [
     "describe_hand",
     "finger_curl",
     "finger_forces",
+    "finger_reading",
     "generic_jaw",
     "grip_width",
     "hand_json",

@@ -15,6 +15,7 @@ from eyehand.apps.main import main
 from eyehand.apps.mesh_file import mesh_bytes
 from eyehand.data_synth import LBR_ARM
 from eyehand.data_synth.cell import GraspRobot
+from eyehand.grasping import HandModel
 from eyehand.perception import DepthFrame, Superquadric, read_frame, write_cloud
 from eyehand.perception.cameras import record_frames
 from eyehand.perception.io import write_png
@@ -146,4 +147,6 @@ def test_example_that_joins_arm_and_hand_makes_a_robot(folder):
 
     assert len(robot.joints) == 7
     np.testing.assert_allclose(robot.home[:4], [0.0, 0.6, 0.0, -1.8])
-    assert robot.measured_hand().fingers == ("left", "right", "thumb")
+    hand = robot.measured_hand()
+    assert isinstance(hand, HandModel)
+    assert hand.fingers == ("left", "right", "thumb")

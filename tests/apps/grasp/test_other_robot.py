@@ -13,6 +13,7 @@ from eyehand.apps.grasp.bench.trial import GraspTrial, make_cell, run_trial
 from eyehand.data_synth import LBR_ARM, import_mujoco
 from eyehand.data_synth.cell import PALM_BEFORE_FLANGE_M, GraspRobot, grasp_robot, match_options
 from eyehand.errors import InputError
+from eyehand.grasping import HandModel
 
 ASSETS = Path(grasp_robot.__file__).parent / "assets"
 PREFIX = "servo_"
@@ -51,6 +52,7 @@ def test_arm_and_hand_joints_are_separated(robot_file):
     assert robot.hand_joints[0] == f"{PREFIX}left_knuckle"
     assert robot.drives == ("left", "right", "thumb")
     hand = robot.measured_hand()
+    assert isinstance(hand, HandModel)
     half = robot.posture(hand.excursions_at(0.05))
     assert half.shape == (6,)
     assert (half > robot.posture(hand.excursions_at(0.08))).all()
@@ -95,7 +97,9 @@ def test_servo_hand_attaches_to_default_arm():
     )
 
     assert len(robot.joints) == 7
-    assert robot.measured_hand().max_opening > 0.1
+    hand = robot.measured_hand()
+    assert isinstance(hand, HandModel)
+    assert hand.max_opening > 0.1
     assert robot.posture(np.zeros(3)).shape == (6,)
 
 
@@ -114,6 +118,8 @@ def test_tendon_robot_in_one_file_equals_arm_and_hand_files(tmp_path):
     one, two = GraspRobot.of_file(path, "palm"), GraspRobot()
 
     found, known = one.measured_hand(), two.measured_hand()
+    assert isinstance(found, HandModel)
+    assert isinstance(known, HandModel)
 
     assert found.drives == known.drives
     np.testing.assert_allclose(found.openings, known.openings)

@@ -10,7 +10,7 @@ from eyehand.control import RobotModel
 from eyehand.data_synth.cell import GraspCell, GraspRobot, GraspWorld, SimRobot
 from eyehand.data_synth.scenes import TabletopObject
 from eyehand.errors import InputError
-from eyehand.grasping.hands import Closing, GripOptions, HandCommand
+from eyehand.grasping.hands import Closing, GripOptions, HandCommand, HandModel, finger_reading
 from eyehand.grasping.robot import Robot
 from eyehand.perception.superquadric import Superquadric
 
@@ -33,13 +33,14 @@ def world() -> GraspWorld:
 def test_reading_has_sizes_of_hand_model(world: GraspWorld):
     robot: Robot = SimRobot(world)
     reading = robot.read()
-    hand = robot.hand
+    hand, sensed = robot.hand, finger_reading(reading.hand)
+    assert isinstance(hand, HandModel)
     assert len(robot.joints) == len(reading.q) == 7
-    assert reading.hand.excursions.shape == reading.hand.tensions.shape == (len(hand.drives),)
-    assert reading.hand.angles.shape == (len(hand.joints),)
-    assert reading.hand.forces.shape == (len(hand.pads),)
-    assert len(reading.hand.tips) == len(hand.fingers)
-    assert np.allclose(reading.hand.excursions, 0.0, atol=1e-6)
+    assert sensed.excursions.shape == sensed.tensions.shape == (len(hand.drives),)
+    assert sensed.angles.shape == (len(hand.joints),)
+    assert sensed.forces.shape == (len(hand.pads),)
+    assert len(sensed.tips) == len(hand.fingers)
+    assert np.allclose(sensed.excursions, 0.0, atol=1e-6)
     assert reading.fault == ""
 
 
@@ -82,14 +83,16 @@ def test_description_contains_pose_of_robot(world: GraspWorld):
 def test_hand_reaches_commanded_tendon_excursions(world: GraspWorld):
     robot = SimRobot(world)
     hand = robot.hand
+    assert isinstance(hand, HandModel)
     goal = hand.excursions_at(0.06)
     command = HandCommand(("position",) * len(hand.drives), goal)
     reading = robot.read()
     for _ in range(250):
         reading = robot.step(np.zeros(7), command)
-    assert np.abs(reading.hand.excursions - goal).max() < 1e-3
+    sensed = finger_reading(reading.hand)
+    assert np.abs(sensed.excursions - goal).max() < 1e-3
     posture = robot.world.robot.posture(goal)
-    assert np.abs(reading.hand.angles - posture).max() < 0.06
+    assert np.abs(sensed.angles - posture).max() < 0.06
 
 
 def test_robot_grasps_lifts_and_senses_object():
@@ -103,6 +106,7 @@ def test_robot_grasps_lifts_and_senses_object():
     robot = SimRobot(GraspWorld.build([box], robot=GraspRobot(rest=ABOVE_BOX)))
     still = np.zeros(7)
     # The hand starts open above the box, with the fingertips at the height of its centre.
+    assert isinstance(robot.hand, HandModel)
     closing = Closing(robot.hand, "precision", 0.09, GripOptions())
     reading = robot.read()
     while closing.state not in ("holding", "empty") and reading.time < 3.5:
@@ -119,8 +123,9 @@ def test_robot_grasps_lifts_and_senses_object():
     assert robot.is_lifted("box_1")
     assert abs(model.at(reading.q).position[2] - start - 0.09) < 0.003
     assert robot.object_pose("box_1").translation[2] > 0.115
-    for finger, image in zip(robot.hand.fingers, reading.hand.tips, strict=True):
-        pad = reading.hand.forces[robot.hand.pads.index(f"{finger}_distal")]
+    sensed = finger_reading(reading.hand)
+    for finger, image in zip(robot.hand.fingers, sensed.tips, strict=True):
+        pad = sensed.forces[robot.hand.pads.index(f"{finger}_distal")]
         assert pad > 1.0
         assert np.isclose(image.pressures.sum() * image.array.area, pad, rtol=0.1)
 

@@ -14,6 +14,7 @@ import pytest
 from eyehand.apps.grasp.bench.jobs import Condition, attempt, scene_jobs
 from eyehand.apps.grasp.bench.local_runs import run_here
 from eyehand.apps.grasp.bench.row_store import COLUMNS, TRIAL_COLUMNS, open_rows
+from eyehand.apps.grasp.robot_choice import RobotChoice
 from eyehand.errors import DeviceError
 
 
@@ -124,7 +125,7 @@ def test_columns_cover_trials_and_results():
     from eyehand.apps.grasp.bench.trial import GraspTrial, PickRow, TrialResult
     from eyehand.apps.grasp.bench.unattempted import UnattemptedObject
 
-    extras = {"purpose": "lift", "objects_dir": "", "robot": "", "hand_frame": ""}
+    extras = {"purpose": "lift", "objects_dir": "", **RobotChoice().trial_fields()}
     (job,) = scene_jobs([Condition("packed")], [3], 5, extras)
     assert set(job.trial) == {field.name for field in fields(GraspTrial)} == set(TRIAL_COLUMNS)
     assert GraspTrial(**job.trial).objects == 5
