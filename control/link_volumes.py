@@ -54,7 +54,10 @@ class LinkVolumes:
             raise InputError(f"robot: {source} holds no body")
         # Any body can be the controlled frame, which is not used here.
         named = next((body.name for body in spec.bodies[1:] if body.name), "")
-        self._robot = robot = RobotModel.load(spec, named)
+        moving = (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)
+        # Joints of grippers count too: the camera sees the fingers where they are.
+        joints = [joint.name for joint in spec.joints if joint.type in moving]
+        self._robot = robot = RobotModel.load(spec, named, joints=joints if all(joints) else None)
         self.joint_names = robot.joint_names
         model = robot.model
         roots = {int(model.body_rootid[model.jnt_bodyid[joint]]) for joint in robot.joints}

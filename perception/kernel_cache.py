@@ -10,9 +10,11 @@ import numpy as np
 from .frame import CameraIntrinsics, DepthFrame
 from .scene import perceive
 from .segmentation import SegmentationOptions, segment
+from .segmentation.furniture_walls import Face, remove_faces
 from .segmentation.local_planes import fit_centred_windows
 from .segmentation.select_objects import count_inner
 from .segmentation.sliver_pixels import replace_by_nearest
+from .segmentation.working_image import working_image
 from .superquadric.levenberg_marquardt import descend
 
 if TYPE_CHECKING:
@@ -50,7 +52,9 @@ def warm_up() -> None:
     perceive(frame)
     segment(frame, SegmentationOptions(stride=2))
     segment(_bin_frame(camera))
-    # Small images have no slivers and no seams.
+    # Small images have no slivers, no seams and no furniture.
+    wall = Face(np.eye(3), 0.0, 0.0, np.zeros(2), np.zeros(2))
+    remove_faces(np.ones(depth.shape, np.bool_), working_image(frame, 1), [wall])
     ones = np.ones((8, 8), np.int32)
     replace_by_nearest(ones, np.array([False, True]), 1)
     count_inner(np.arange(8, dtype=np.int32), ones)

@@ -26,5 +26,5 @@ def test_lazy_names_come_from_their_modules():
 
 
 def test_unknown_name_raises_attribute_error():
-    with pytest.raises(AttributeError, match="no attribute 'Arm'"):
-        eyehand.grasping.Arm  # noqa: B018 - reading the attribute is what is tested
+    with pytest.raises(AttributeError, match="no attribute 'Arms'"):
+        eyehand.grasping.Arms  # noqa: B018 - reading the attribute is what is tested

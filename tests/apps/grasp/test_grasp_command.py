@@ -11,9 +11,10 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from eyehand.apps.main import main
-from eyehand.grasping.hands import load_hand, write_hand
+from eyehand.grasping.hands import built_in_hands, load_hand, write_hand
 from eyehand.perception import DepthFrame, read_frame, write_frame
 
+NAMES = ", ".join(built_in_hands())
 SAMPLE = Path(__file__).resolve().parents[3] / "apps" / "sample" / "depth.png"
 
 
@@ -98,7 +99,7 @@ def test_yaml_has_the_layout_of_moveit_grasps(report, written):
         np.testing.assert_allclose(list(direction.values()), row["approach_direction"], atol=1e-5)
         assert grasp["pre_grasp_approach"]["desired_distance"] == pytest.approx(0.05)
         posture = grasp["pre_grasp_posture"]
-        assert posture["joint_names"] == ["panda_finger_joint1", "panda_finger_joint2"]
+        assert posture["joint_names"] == ["finger_joint1", "finger_joint2"]
         assert sum(posture["points"][0]["positions"]) == pytest.approx(
             row["opening_mm"] / 1e3, abs=1e-5
         )
@@ -170,8 +171,8 @@ def test_empty_table_says_that_there_are_no_objects(tmp_path, capsys):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ((SAMPLE,), "give the gripper: --hand NAME (2f85, generic, panda)"),
-        ((SAMPLE, "--hand", "pandda"), "no hand 'pandda'; valid names are 2f85, generic, panda"),
+        ((SAMPLE,), f"give the gripper: --hand NAME ({NAMES})"),
+        ((SAMPLE, "--hand", "pandda"), f"no hand 'pandda'; valid names are {NAMES}"),
         ((SAMPLE, "--hand", "gone.json"), "gone.json: cannot read a hand"),
         ((SAMPLE, "--hand", "panda", "--stroke", 80), "--stroke describe a generic gripper"),
         ((SAMPLE, "--stroke", -5), "--stroke must be above 0 and below 1000 mm, got -5"),

@@ -22,6 +22,9 @@ from eyehand.apps.grasp.bench import (
 from eyehand.apps.grasp.bench import (
     run_inputs as grasp_inputs,
 )
+from eyehand.apps.grasp.bench import (
+    stored_run,
+)
 from eyehand.apps.grasp.bench.conditions import (
     default_conditions,
     requested_conditions,
@@ -239,7 +242,7 @@ def test_missing_scenes_are_reported_and_run_again(run, tmp_path, monkeypatch):
         "--out",
         tmp_path,
     ]
-    monkeypatch.setattr(evaluate_grasp, "run_here", lossy)
+    monkeypatch.setattr(stored_run, "run_here", lossy)
     code, out, err = run(*plain, "--json")
     (row,) = json.loads(out)["rows"]
     assert (code, row["scenes"], row["missing"], row["faults"]) == (1, 2, 1, 0)
@@ -261,7 +264,7 @@ def test_run_exits_1_if_every_scene_ends_with_a_fault(run, tmp_path, monkeypatch
         for job in jobs:
             yield job, SceneOutcome(fault="RuntimeError: no arm")
 
-    monkeypatch.setattr(evaluate_grasp, "run_here", broken)
+    monkeypatch.setattr(stored_run, "run_here", broken)
     code, _, err = run("evaluate", "grasp", "--scenes", 1, "--family", "single", "--out", tmp_path)
     assert code == 1
     assert "every scene ended with a fault, the first: RuntimeError: no arm" in err
