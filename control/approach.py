@@ -36,6 +36,9 @@ can be satisfied. ``stopped``: at standstill after :meth:`ApproachController.sto
 Phase = Literal["approach", "retreat", "path", "stop"]
 """Phase of a motion. A stuck motion retreats before it tries again, or follows a planned path."""
 
+ARRIVAL_SHARE = 0.15
+"""Maximum share of its speed limit at which a joint has arrived. Near a singularity the hand can be
+at its goal while the joints still turn fast, and a caller that ends there would stop them hard."""
 AT_RETREAT_GOAL = 0.1
 """Maximum norm of the joint differences at which a retreat ends, rad. It need not be exact."""
 MIN_PROGRESS = 0.01
@@ -264,6 +267,8 @@ class ApproachController:
     def _judge(self, q: NDArray[np.float64], motion: CycleResult) -> tuple[Status, str]:
         errors = tuple([motion.errors[index] for index in self._counted])
         if max(errors) <= self.options.tolerance:
+            if np.any(np.abs(motion.velocity) > ARRIVAL_SHARE * self.robot.speed):
+                return "moving", ""
             self.restart()
             return "reached", ""
         if self._time_without_progress(errors) < self.options.patience:

@@ -49,6 +49,10 @@ OPTIONS = ControlOptions(influence=0.12, eta=2.0, safety=False, retreats=0)
 is weak enough that fixed weights from 0.5 to 5 differ. The safety level and retreats are off,
 because the figure shows eq. 8-10 only."""
 
+GAIN = 3.0
+"""Gain of the hand's position, 1/s. The balance of goal and avoidance, and so the final error of a
+fixed weight, depends on it."""
+
 
 @dataclass(frozen=True, eq=False)
 class Fig1Scene:
@@ -66,7 +70,7 @@ class Fig1Scene:
     @property
     def reach_task(self) -> Position:
         """The only task: two rows in the plane, with two joints left free."""
-        return Position(self.goal, name="hand")
+        return Position(self.goal, gain=GAIN, name="hand")
 
     def progress(self, hand: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the progress (N,) of hand positions (N, 3) along the straight path, 0 to 1."""

@@ -80,8 +80,12 @@ class Motion:
 
     @property
     def end_step(self) -> float:
-        """Maximum joint step of a cycle in the last second, rad."""
-        tail = self.velocities[-round(TAIL_S / self.dt) :]
+        """Maximum joint step of a cycle in the last second, rad; of the last cycle after arrival.
+
+        A motion ends as soon as it arrives, perhaps within a second of its fastest part.
+        """
+        count = 1 if self.last.status == "reached" else round(TAIL_S / self.dt)
+        tail = self.velocities[-count:]
         return float(np.abs(tail).max()) * self.dt
 
 
@@ -94,7 +98,7 @@ class MotionFigures:
     peak_speed_pct: float | None = None
     """Maximum joint speed, in % of its limit."""
     end_step_rad: float | None = None
-    """Maximum joint step per cycle in the last second, rad."""
+    """Maximum joint step per cycle in the last second, rad; in the last cycle after arrival."""
     amplitude_mm: float | None = None
     """Peak-to-peak amplitude of an oscillation, mm."""
     peak_acceleration: float | None = None

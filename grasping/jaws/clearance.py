@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from .point_blocks import PointBlocks
     from .surface_model import ObjectSurface
 
-WALL_SPACING = 0.004
+WALL_SPACING = 0.003
 """Distance between the points that stand for a container's wall, m."""
 WALL_LAYERS = (0.0, 0.004, 0.008)
 """Depths of these points behind the inner face, m, as far as the wall is thick. A finger behind a

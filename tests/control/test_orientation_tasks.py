@@ -142,7 +142,7 @@ def test_cone_is_active_only_at_its_boundary(arm_state):
         (np.pi, 1, np.pi - 0.6),
     ):
         view = state.rotation @ [np.sin(angle), 0.0, np.cos(angle)]
-        found = LookAt(state.position + 0.5 * view, 0.6).at(state)
+        found = LookAt(state.position + 0.5 * view, 0.6, gain=3.0).at(state)
         assert len(found.value) == rows
         assert found.side == -rows
         assert found.unmet == pytest.approx(unmet, abs=1e-9)
