@@ -28,7 +28,7 @@ def hand_describe(
     palm: str | None = None,
     tcp: str | None = None,
     pinch: Annotated[list[str] | None, Parameter(consume_multiple=True, negative="")] = None,
-    range: Numbers = None,  # noqa: A002 - the name of the option
+    joint_range: Annotated[Numbers, Parameter(name="--range")] = None,
     force: Numbers = None,
     package_dir: Annotated[list[Path] | None, Parameter(negative="")] = None,
 ) -> int:
@@ -55,7 +55,7 @@ def hand_describe(
     pinch
         Two bodies of fingers that are used as jaws. Default for a hand of several fingers: the
         thumb and the finger with the largest stroke.
-    range
+    joint_range
         Lower and upper limit of joints that have none, m or rad.
     force
         Minimum and maximum closing force of each jaw, N, in place of the motor's.
@@ -74,7 +74,7 @@ def hand_describe(
         palm=palm,
         tcp=tcp,
         pinch=_two("--pinch", pinch),
-        joint_range=_pair("--range", range),
+        joint_range=_pair("--range", joint_range),
         force=_pair("--force", force),
         package_dirs=tuple(package_dir or ()),
         name=name,

@@ -59,11 +59,12 @@ def close_server(server: Any) -> None:
 @contextlib.contextmanager
 def _guarded_sockets() -> Iterator[None]:
     """Check the requests of servers that start meanwhile. viser has no option for it."""
-    import websockets.asyncio.server as sockets
+    from websockets.asyncio import server
 
+    sockets: Any = server
     serve = sockets.serve
-    setattr(sockets, "serve", guarded(serve))  # noqa: B010  # its type is a class
+    sockets.serve = guarded(serve)
     try:
         yield
     finally:
-        setattr(sockets, "serve", serve)  # noqa: B010
+        sockets.serve = serve

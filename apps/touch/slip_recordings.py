@@ -81,8 +81,8 @@ def load_windows(folder: Path) -> SlipWindows:
     if missing:
         group, label = min(missing)
         raise InputError(
-            f"{folder} must hold recordings of all classes and object sets, got none of "
-            f"{CLASSES[label]} for {group}"
+            f"{folder} must hold one folder of recordings per class ({', '.join(CLASSES)}) with "
+            f"objects of all sets, got none of class {CLASSES[label]} of the set {group}"
         )
     return SlipWindows(np.concatenate(readings), np.array(labels), np.array(sets))
 

@@ -20,7 +20,7 @@ from eyehand.apps.touch.slip_recordings import (
 
 
 def write_recordings(folder: Path) -> Path:
-    """Write recordings whose mean tells the class, of one object per set."""
+    """Write recordings whose mean depends on the class, of one object per set."""
     rng = np.random.default_rng(0)
     for label, name in enumerate(CLASSES):
         (folder / name).mkdir(parents=True)
@@ -37,7 +37,7 @@ def test_separable_recordings_are_classified(tmp_path, run_experiment):
     rows = {row["name"]: row for row in json.loads(out)["rows"]}
     assert rows["mean"]["small_right_pct"] > 99.0
     assert rows["mean"]["small_auc"] > 0.99
-    # The offset tells the class here, and the Fourier features do not have it.
+    # Only the offset depends on the class here. The Fourier features leave it out.
     assert rows["Fourier (chapter)"]["small_right_pct"] < 40.0
     assert (tmp_path / "out" / "slip.png").stat().st_size > 10_000
 
@@ -71,4 +71,4 @@ def test_fourier_features_do_not_depend_on_the_offset():
 def test_missing_recordings_exit_with_code_2(tmp_path, run_experiment):
     code, _, err = run_experiment("slip", "--data", tmp_path)
     assert code == 2
-    assert "recordings of all classes" in err
+    assert "one folder of recordings per class (n, e, s, w, cw, aw, t)" in err

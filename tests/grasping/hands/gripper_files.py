@@ -118,7 +118,7 @@ BOTH_WAYS = """<mujoco><worldbody><body name="bar">
 <body name="two"><joint name="j2" type="slide" axis="-1 0 0" range="0 .02"/>
   <geom type="box" size=".004 .01 .05" pos="-.004 0 0"/></body>
 </body></worldbody><equality><joint joint1="j1" joint2="j2"/></equality></mujoco>"""
-"""MJCF: fingers that reach as far up as down. Only a site tells the approach."""
+"""MJCF: fingers that reach as far up as down. Only a site determines the approach direction."""
 
 
 def cube_stl(size: tuple[float, float, float]) -> bytes:
