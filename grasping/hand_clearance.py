@@ -101,10 +101,12 @@ def hand_clearance(
     if squared_distance[nearest] > 0.0:
         return float(np.sqrt(squared_distance[nearest])), int(neighbours.labels[nearest])
     inside = np.minimum(local - low, high - local)
-    # Along the closing direction a neighbour can only be pushed outwards, because the grasped
-    # object is on the inner side.
-    outwards = np.where(high[..., 0] <= 0.0, local[:, 0] - low[..., 0], high[..., 0] - local[:, 0])
-    depth = np.where((inside > 0.0).all(axis=2), np.minimum(outwards, inside[..., 1]), 0.0)
+    # A finger can only push a neighbour away from the grasped object, along the closing direction.
+    # The palm lies on both sides of the object, so its nearer side counts.
+    across = inside[..., 0]
+    across = np.where(high[..., 0] <= 0.0, local[:, 0] - low[..., 0], across)
+    across = np.where(low[..., 0] >= 0.0, high[..., 0] - local[:, 0], across)
+    depth = np.where((inside > 0.0).all(axis=2), np.minimum(across, inside[..., 1]), 0.0)
     depth = depth.max(axis=0)
     nearest = int(np.argmax(depth)) if depth.max() > 0.0 else nearest
     return -float(depth[nearest]), int(neighbours.labels[nearest])
