@@ -185,7 +185,7 @@ def _object(item: SceneObject, plan: GraspPlan) -> dict[str, Any]:
                     "point_m": _numbers(task.point),
                     "axis": _numbers(task.axis),
                     "target": _number(task.target),
-                    "says": task.description,
+                    "description": task.description,
                 }
                 for task in plan.tasks
             ],

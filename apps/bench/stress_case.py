@@ -28,7 +28,7 @@ class StressCase(Generic[Tested]):
     """What the method must do, in one word."""
     attempt: Callable[[int, Tested], Trial]
     """Run the method once with a seed."""
-    says: str = ""
+    reason_contains: str = ""
     """Words that a refusal must contain."""
 
 
@@ -70,7 +70,7 @@ class CaseResult:
         return {
             "name": self.case.name,
             "expected": self.case.expected,
-            "says": self.case.says,
+            "reason_contains": self.case.reason_contains,
             "trials": len(self.trials),
             "kept": self.kept,
             "happened": self.happened,
@@ -103,9 +103,9 @@ def check_cases(
     for column in ("input", "must", "kept", "result"):
         table.add_column(column)
     for result in results:
-        says = f": “{result.case.says}”" if result.case.says else ""
+        reason = f": “{result.case.reason_contains}”" if result.case.reason_contains else ""
         # Brackets in messages are not markup.
-        cells = (result.case.name, result.case.expected + says, "yes" if result.kept else "NO")
+        cells = (result.case.name, result.case.expected + reason, "yes" if result.kept else "NO")
         style = None if result.kept else "bold red"
         table.add_row(*map(escape, (*cells, result.happened)), style=style)
     faults = [result.fault for result in results if result.fault]

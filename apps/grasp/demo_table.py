@@ -66,7 +66,7 @@ def demo_rows(record: DemoRecord) -> list[dict[str, Any]]:
                 "approach": pick.plan.approach,
                 "task_rows": pick.plan.rows,
                 "tasks": [
-                    {"task": task.name, "rows": task.rows, "says": task.description}
+                    {"task": task.name, "rows": task.rows, "description": task.description}
                     for task in pick.plan.tasks
                 ],
                 "perceive_ms": round(pick.perceive_ms, 2),

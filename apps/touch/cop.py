@@ -50,7 +50,7 @@ def _measure(plan: TrialPlan, sensor: SensorName = "good") -> ExperimentResult:
             ("rms", "{error_rms_mm:.3f} mm"),
             ("maximum", "{error_max_mm:.3f} mm"),
             ("along the path, rms", "{along_rms_mm:.3f} mm"),
-            ("worst path, rms", "{worst_way_rms_mm:.3f} mm"),
+            ("worst path, rms", "{worst_path_rms_mm:.3f} mm"),
             ("force", "{force_n:.2f} N"),
         ],
         caption="the chapter's Fig. 5 shows a curve without numbers",
@@ -71,7 +71,7 @@ def probe_row(paths: Sequence[ProbePath]) -> dict[str, Any]:
         "error_rms_mm": float(np.sqrt(np.mean(errors**2))),
         "error_max_mm": float(errors.max()),
         "along_rms_mm": float(np.sqrt(np.mean(along**2))),
-        "worst_way_rms_mm": max(float(np.sqrt(np.mean(p.error**2))) * 1e3 for p in paths),
+        "worst_path_rms_mm": max(float(np.sqrt(np.mean(p.error**2))) * 1e3 for p in paths),
         "force_n": float(np.mean(np.concatenate([path.force for path in paths]))),
     }
 

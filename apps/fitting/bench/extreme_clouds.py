@@ -78,13 +78,13 @@ def _refused() -> list[Extreme]:
         ("wholly under its support plane", "support plane", lambda view: _over(view, 0.2)),
         ("100 m above its support plane", "support plane", lambda view: _over(view, -100.0)),
     ]
-    changed = [(name, says, _on_points(make)) for name, says, make in on_points] + changed
+    changed = [(name, words, _on_points(make)) for name, words, make in on_points] + changed
 
-    def extreme(name: str, says: str, change: Callable[[CloudView], CloudView]) -> Extreme:
+    def extreme(name: str, words: str, change: Callable[[CloudView], CloudView]) -> Extreme:
         def attempt(seed: int, method: FitCallable) -> Trial:
-            return try_refusal(method, change(_usual(seed)), says)
+            return try_refusal(method, change(_usual(seed)), words)
 
-        return StressCase(name, "refuse", attempt, says)
+        return StressCase(name, "refuse", attempt, words)
 
     return [extreme(*row) for row in changed]
 

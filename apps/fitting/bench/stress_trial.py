@@ -76,13 +76,13 @@ def try_fit(method: FitCallable, view: CloudView, seed: int) -> Trial:
     return Trial(right, note, score=iou, seconds=seconds)
 
 
-def try_refusal(method: FitCallable, view: CloudView, says: str) -> Trial:
-    """Fit a view that must be refused. Right: a reason that contains `says`."""
+def try_refusal(method: FitCallable, view: CloudView, words: str) -> Trial:
+    """Fit a view that must be refused. Right: a reason that contains `words`."""
     answer, seconds, fault = timed_fit(method, view)
     if fault:
         return Trial(False, fault, clean=False, seconds=seconds)
     if answer.reason:
-        named = says in answer.reason
+        named = words in answer.reason
         note = "" if named else f"refused, but: {answer.reason}"
         return Trial(named, note, seconds=seconds, refused=True)
     return Trial(False, f"not refused: {outline(answer.parts)}", seconds=seconds)

@@ -240,7 +240,7 @@ def test_exception_violates_every_expectation():
     assert result.row() == {
         "name": "one NaN",
         "expected": "refuse",
-        "says": "NaN or infinite",
+        "reason_contains": "NaN or infinite",
         "trials": 2,
         "kept": False,
         "happened": "raised FloatingPointError: no way",
