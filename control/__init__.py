@@ -6,11 +6,12 @@ Equation numbers refer to Haschke's chapter.
 from .approach import ApproachController, ControlStep
 from .collision_options import CollisionOptions, CoverOptions
 from .collision_world import CollisionWorld
+from .joint_path import JointPath
 from .link_volumes import LinkVolumes
 from .motion_steps import nominal_motion
 from .options import ControlOptions, Relaxation
 from .planned_approach import PlannedApproach
-from .planner import JointPath, plan
+from .planner import plan
 from .planner_options import PlannerOptions
 from .proximity import Proximity
 from .repulsion import repulsion_gradient

@@ -11,8 +11,8 @@ import numpy as np
 from .approach import counted, retreat_configurations
 from .configuration_space import Motion, Space, clearance_at
 from .inverse_kinematics import Solutions, solve_tasks
+from .joint_path import SPEED_FRACTION, JointPath
 from .mujoco_binding import address, mujoco
-from .planner import JointPath
 from .proximity_tables import World
 from .tasks.registry import pack_tasks
 from .tasks.task import DEFAULT_LINEAR_SPEED
@@ -27,16 +27,17 @@ if TYPE_CHECKING:
     from .options import ControlOptions
     from .tasks.task import Task
 
-SPEED_FRACTION = 0.7
-"""Fraction of the joint speed limits that a path uses. The rest is needed to catch up."""
 SEEDS = 40
 """Number of seeds of the inverse kinematics."""
 GOALS = 8
-"""Maximum number of goal configurations, those nearest to the start."""
+"""Number of goal configurations of the first searches, those nearest to the start."""
 PATHS = 10
 """Number of searches, each with another seed. The fastest of their paths is taken."""
 ITERATIONS = 600
 """Maximum number of iterations of a search."""
+LAST_ITERATIONS = 4000
+"""Maximum number of iterations of the last search, with all goal configurations. The nearest ones
+may all lie behind the same obstacle."""
 SHORTCUTS = 120
 """Number of attempted shortcuts per path."""
 EXTRA_CLEARANCE = 0.008
@@ -114,32 +115,26 @@ def find_path(
     nothing = np.zeros((0, len(q)))
     space = make_space(world)
     low, high = drawn_range(world)
-    margin = options.limit_margin
-    inside = np.all(
-        (found.configurations >= world.robot.lower + margin)
-        & (found.configurations <= world.robot.upper - margin),
-        axis=1,
-    )
-    reaching = found.configurations[(found.errors <= 0.5 * options.tolerance) & inside]
+    end = options.margin + END_CLEARANCE
+    reaching = _reaching(found, world, options)
     if not len(reaching):
         return result(nothing, np.inf, f"out of reach by {error:.3g}", 0)
-    end = options.margin + END_CLEARANCE
     clear = [one for one in reaching if clearance_at(one, space, end) >= end]
     if not clear:
         return result(nothing, np.inf, "obstacles are too near at every goal configuration", 0)
     levers = joint_levers(world)
-    goals = sorted(clear, key=lambda one: float(np.linalg.norm(levers * (one - q))))[:GOALS]
-    ends = np.array([q, *goals])
+    goals = sorted(clear, key=lambda one: float(np.linalg.norm(levers * (one - q))))
     end = min(end, 0.95 * clearance_at(q, space, end))
     rng = np.random.default_rng(seed)
     fastest, seconds, nodes = nothing, np.inf, 0
-    for extra in (EXTRA_CLEARANCE, END_CLEARANCE):
+    attempts = [(extra, GOALS, ITERATIONS) for extra in (EXTRA_CLEARANCE, END_CLEARANCE)]
+    for extra, used, iterations in [*attempts, (END_CLEARANCE, SEEDS, LAST_ITERATIONS)]:
         motion = Motion(
-            options.margin + extra, end, ends, levers,
+            options.margin + extra, end, np.array([q, *goals[:used]]), levers,
             SPEED_FRACTION * world.robot.speed, DEFAULT_LINEAR_SPEED,
         )  # fmt: skip
         for _ in range(PATHS):
-            path, count = connect(np.column_stack([low, high]), space, motion, ITERATIONS, rng)
+            path, count = connect(np.column_stack([low, high]), space, motion, iterations, rng)
             nodes += count
             if not len(path):
                 break
@@ -149,6 +144,19 @@ def find_path(
         if len(fastest):
             return result(fastest, seconds, "", nodes)
     return result(nothing, np.inf, "the trees did not meet", nodes)
+
+
+def _reaching(
+    found: Solutions, world: CollisionWorld, options: ControlOptions
+) -> NDArray[np.float64]:
+    """Return the solutions (S, n) that reach the tasks and keep away from the joint limits."""
+    robot, margin = world.robot, options.limit_margin
+    inside = np.all(
+        (found.configurations >= robot.lower + margin)
+        & (found.configurations <= robot.upper - margin),
+        axis=1,
+    )
+    return found.configurations[(found.errors <= 0.5 * options.tolerance) & inside]
 
 
 def drawn_range(world: CollisionWorld) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from .approach import ApproachController, ControlStep, counted
 from .cycle import ControlCycle
-from .joint_planner import SPEED_FRACTION, find_path
+from .joint_path import JointPath, resample_path
+from .joint_planner import find_path
 from .options import ControlOptions
-from .planner import JointPath, plan, predict
+from .planner import plan, predict
 from .planner_options import PlannerOptions
 from .tasks.axis_alignment import AxisAlignment
 from .tasks.look_at import LookAt
@@ -26,7 +26,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from .collision_world import CollisionWorld
-    from .robot_model import RobotModel
     from .tasks.task import Task
 
 LOOK_AHEAD = 0.12
@@ -44,10 +43,9 @@ SETTLING = 0.6
 OUT_OF_REACH = {False: 0.02, True: 0.15}
 """Error of a task, m, or of an angle, rad, above which a goal counts as unreachable if no
 configuration comes nearer. Nearer goals are approached as far as possible."""
-MAX_PIECE = 0.05
-"""Maximum joint step of a piece of a path whose speed is constant, rad or m."""
-ROUNDING = 1e-9
-"""Maximum excess over a whole number of cycles that counts as rounding."""
+LEGS = 8
+"""Number of roll-outs of a search before the motion: to the goal and by way of home. More rarely
+help as long as the arm is not stuck elsewhere."""
 
 
 class PlannedApproach:
@@ -162,9 +160,13 @@ class PlannedApproach:
             at = np.round(state.position, 4).tolist()
             self._unreachable = f"unreachable: at the nearest configuration {named} off, at {at} m"
             return
-        self.paths.append(found.as_joint_path())
-        if self.paths[-1] and not (reached and seconds < found.seconds + SETTLING):
-            self._take(self.paths[-1])
+        path = found.as_joint_path()
+        if not path and not reached:
+            budget = min(LEGS, self.planner.rollouts)
+            path = plan(world, tasks, q, self.options, replace(self.planner, rollouts=budget))
+        self.paths.append(path)
+        if path and not (reached and seconds < found.seconds + SETTLING):
+            self._take(path)
 
     def _search(self, q: NDArray[np.float64], cycle: ControlStep) -> ControlStep:
         """Plan a path from q (n,), where a cycle was stuck."""
@@ -237,42 +239,3 @@ class PlannedApproach:
 def is_angle(task: Task) -> bool:
     """Return whether the error of a task is an angle."""
     return isinstance(getattr(task, "task", task), (AxisAlignment, LookAt, Orientation))
-
-
-def resample_path(
-    configurations: NDArray[np.float64], robot: RobotModel, dt: float
-) -> NDArray[np.float64]:
-    """Resample a path at constant speed: one configuration per cycle, with the first and the last.
-
-    A path consists of several roll-outs, and each slows down towards its end.
-
-    Parameters
-    ----------
-    configurations
-        Joint positions along the path (N, n), rad or m.
-    robot
-        The robot with its joint speed limits.
-    dt
-        Control period, s.
-
-    Returns
-    -------
-    ndarray
-        (M, n), linear between the configurations. No step moves the frame faster than the default
-        speed of a task, or a joint faster than SPEED_FRACTION of its limit.
-    """
-    corners = configurations
-    pieces = [corners[:1]]
-    for start, end in pairwise(corners):
-        count = int(np.ceil(np.abs(end - start).max(initial=0.0) / MAX_PIECE)) or 1
-        pieces.append(start + np.linspace(0.0, 1.0, count + 1)[1:, None] * (end - start))
-    configurations = np.concatenate(pieces)
-    positions = np.array([robot.at(q).position for q in configurations])
-    by_frame = np.linalg.norm(np.diff(positions, axis=0), axis=1) / DEFAULT_LINEAR_SPEED
-    by_joint = np.max(
-        np.abs(np.diff(configurations, axis=0)) / (SPEED_FRACTION * robot.speed), axis=1
-    )
-    times = np.concatenate([[0.0], np.cumsum(np.maximum(by_frame, by_joint))])
-    count = int(np.ceil(times[-1] / dt - ROUNDING)) + 1
-    samples = np.minimum(dt * np.arange(count), times[-1])
-    return np.column_stack([np.interp(samples, times, column) for column in configurations.T])

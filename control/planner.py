@@ -15,7 +15,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .approach import RETREAT_SPEED, ApproachController, counted, retreat_configurations
+from .approach import (
+    RETREAT_SECONDS,
+    RETREAT_SPEED,
+    ApproachController,
+    counted,
+    retreat_configurations,
+)
+from .joint_path import JointPath, resample_path
+from .joint_planner import find_path
 from .planner_options import PlannerOptions
 from .tasks.position import Position
 from .tasks.posture import Posture
@@ -47,29 +55,6 @@ FAILURE_COST = 0.1
 JOINT_WEIGHT = 0.1
 """Weight of the joint distance of two nodes, m/rad, beside the distance of their positions. The
 same position with another elbow is another node."""
-
-
-@dataclass(frozen=True)
-class JointPath:
-    """A path, or the reason why none was found. It is true in a condition if a path was found."""
-
-    found: bool
-    """Whether the path ends with all tasks reached."""
-    configurations: NDArray[np.float64]
-    """Joint positions (N, n) along the path, the start first, rad or m."""
-    dt: float
-    """Time from one configuration to the next, s."""
-    reason: str
-    """Why no path was found: what blocked the last roll-out to the goal. Empty otherwise."""
-    rollouts: int
-    """Number of roll-outs."""
-    nodes: int
-    """Number of nodes in the tree at the end."""
-    seconds: float
-    """Time the search took, s."""
-
-    def __bool__(self) -> bool:
-        return self.found
 
 
 @dataclass
@@ -108,6 +93,9 @@ def plan(
     Nodes with failed roll-outs to the goal count as farther. Every new node is followed by a
     roll-out to the goal.
 
+    Before that, it drives to the goal, to home and to its mirror image as far as it can, and
+    searches a path in the joint space from where these roll-outs end.
+
     Raises
     ------
     InputError
@@ -118,7 +106,9 @@ def plan(
     search = _Search(world, tuple(tasks), options, planner)
     search.add(-1, np.zeros((0, len(q))), np.asarray(q, dtype=np.float64))
     low, high = search.bounds()
-    found = search.has_rollouts() and (search.try_goal(0) or search.try_retreats())
+    found = search.has_rollouts() and (
+        search.try_goal(0) or search.try_retreats() or search.try_paths()
+    )
     while not found and search.has_rollouts():
         if rng.random() < GOAL_PROBABILITY:
             found = search.try_goal(search.most_promising())
@@ -144,8 +134,8 @@ def predict(
     planner: PlannerOptions,
 ) -> tuple[bool, float]:
     """Simulate the controller from q (n,); return whether it reaches the tasks, and its time, s."""
-    search = _Search(world, tuple(tasks), options, replace(planner, longest=PREDICTED))
-    result = search.roll_out(q, tuple(tasks))
+    search = _Search(world, tuple(tasks), options, planner)
+    result = search.roll_out(q, tuple(tasks), PREDICTED)
     return not result.reason, planner.dt * len(result.configurations)
 
 
@@ -226,8 +216,20 @@ class _Search:
         """Drive to each retreat configuration, and from there to the tasks."""
         for configuration in retreat_configurations(self.world.robot):
             task = Posture(configuration, speed=RETREAT_SPEED)
-            new = self._keep(0, self.roll_out(self.nodes[0].q, (task,)))
+            result = self.roll_out(self.nodes[0].q, (task,), RETREAT_SECONDS)
+            new = self._keep(0, result)
             if new >= 0 and self.try_goal(new):
+                return True
+        return False
+
+    def try_paths(self) -> bool:
+        """Search a path in the joint space from each node except the start."""
+        robot = self.world.robot
+        for index, node in list(enumerate(self.nodes))[1:]:
+            found = find_path(self.world, self.tasks, node.q, self.options, self.planner.seed)
+            if found is not None and len(found.configurations):
+                track = resample_path(found.configurations, robot, self.planner.dt)
+                self.add(index, track[1:], track[-1])
                 return True
         return False
 
@@ -237,13 +239,15 @@ class _Search:
         index = int(np.argmin(distances))
         return self._keep(index, self.roll_out(self.nodes[index].q, (Position(target),)))
 
-    def roll_out(self, q: NDArray[np.float64], tasks: tuple[Task, ...]) -> _Rollout:
+    def roll_out(
+        self, q: NDArray[np.float64], tasks: tuple[Task, ...], longest: float | None = None
+    ) -> _Rollout:
         """Simulate the controller from q (n,) until it stops or the time limit passes."""
         self.rollouts += 1
         controller = ApproachController(self.world, tasks, self.options, instant=True)
         configurations = []
         reason = "a roll-out reached its time limit"
-        for _ in range(round(self.planner.longest / self.planner.dt)):
+        for _ in range(round((longest or self.planner.longest) / self.planner.dt)):
             cycle = controller.step(q)
             if cycle.status != "moving":
                 reason = cycle.reason

@@ -14,14 +14,15 @@ from eyehand.control import (
     PlannedApproach,
     PlannerOptions,
     RobotModel,
+    joint_planner,
     plan,
     planned_approach,
 )
 from eyehand.control.approach import ControlStep
 from eyehand.control.configuration_space import clearance_at
-from eyehand.control.joint_planner import SPEED_FRACTION, find_path, make_space, solutions
+from eyehand.control.joint_path import SPEED_FRACTION, resample_path
+from eyehand.control.joint_planner import find_path, make_space, solutions
 from eyehand.control.options import ControlOptions
-from eyehand.control.planned_approach import resample_path
 from eyehand.control.planner import _Search
 from eyehand.control.tasks import AxisAlignment, PointOnPlane, Position
 from eyehand.data_synth.scenes import make_reaching_scene
@@ -270,3 +271,21 @@ def test_goal_out_of_reach_is_named_in_the_first_cycle(distance):
     # Reachable with another task: the next goal is planned as usual.
     near = PlannedApproach(world, (Position(np.array([0.4, 0.2, 0.5])),))
     assert near.step(world.robot.home).status == "moving"
+
+
+@pytest.mark.parametrize("seed", [9, 62])
+def test_path_by_way_of_another_place_is_found_where_the_trees_do_not_meet(seed, monkeypatch):
+    monkeypatch.setattr(joint_planner, "LAST_ITERATIONS", 0)
+    scene = make_reaching_scene(seed)
+    world, tasks = reaching_world(scene.obstacles), (Position(scene.goal),)
+    direct = find_path(world, tasks, scene.start, ControlOptions())
+    assert direct is not None
+    assert direct.reason == "the trees did not meet"
+    path = plan(world, tasks, scene.start, ControlOptions(), PlannerOptions(rollouts=8))
+    assert path
+    np.testing.assert_array_equal(path.configurations[0], scene.start)
+    assert tasks[0].at(world.robot.at(path.configurations[-1])).unmet < 1e-3
+    steps = np.abs(np.diff(path.configurations, axis=0)).max(axis=1)
+    assert steps.max() < 1.5 * world.robot.speed.max() * path.dt
+    clear = [world.proximity(q).distance.min(initial=1.0) for q in path.configurations]
+    assert min(clear) > 0.008
