@@ -21,6 +21,7 @@ WarningKind = Literal[
     "support_doubtful",
     "below_support",
     "support_hidden",
+    "support_unseen",
     "container",
     "container_heaped",
     "nothing_found",
@@ -37,6 +38,8 @@ WarningKind = Literal[
   it.
 - below_support: readings lie below the support within its outline.
 - support_hidden: no part of the first support is visible. It is a plane below all readings.
+- support_unseen: much of the image is in front of the supports and out of their reach. It stands on
+  a surface that was not found, such as the board of a shelf seen edge-on.
 - container: a bin, tote, box or tray is in the scene. Its floor and walls are no objects.
 - container_heaped: the contents of a container hide its whole floor.
 - nothing_found: there is no object, although readings stand above the support.
@@ -58,6 +61,9 @@ MAX_DROP = 0.5
 MIN_BELOW = 0.03
 """Minimum weight of the readings below a support, relative to those on it, for "below_support". It
 is at most 0.014 on tables and floors of containers."""
+MIN_UNREACHED = 0.1
+"""Minimum size of a connected part in front of the supports for "support_unseen", as a share of the
+pixels. It is at most 0.02 where a board was found, and 0.28 or more where none was."""
 MIN_UNEXPLAINED = 0.005
 """Minimum size of a connected part above the support for "nothing_found", as a share of the
 pixels."""
@@ -83,6 +89,7 @@ def find_warnings(
     supports: list[Support],
     containers: tuple[Container, ...],
     above: NDArray[np.bool_],
+    unreached: float = 0.0,
 ) -> tuple[SceneWarning, ...]:
     """Return the warnings about a segmentation, those about the scene first.
 
@@ -98,6 +105,8 @@ def find_warnings(
         The containers.
     above
         Mask of the readings above the supports, of any size.
+    unreached
+        Share of the pixels in front of the supports and out of their reach, 0-1.
     """
     warnings: list[SceneWarning] = []
     if not supports:
@@ -105,6 +114,12 @@ def find_warnings(
         warnings.append(SceneWarning("no_support", message))
     if supports:
         warnings += _support_warnings(supports[0], containers)
+    if unreached >= MIN_UNREACHED:
+        message = (
+            f"{100 * unreached:.0f} % of the image is in front of the support and out of its "
+            "reach: the surface under it was not found, and nothing there is an object"
+        )
+        warnings.append(SceneWarning("support_unseen", message))
     warnings += _container_warnings(supports, containers)
     share = 0.0 if labels.any() else _largest_share(above)
     if share >= MIN_UNEXPLAINED:

@@ -31,6 +31,7 @@ from .select_objects import select_objects
 from .smooth_patches import MIN_PATCH, label_patches, linked_pixels
 from .support_plane import find_supports
 from .unknown_regions import find_unknown
+from .unreached_readings import unreached_share
 from .upsample import upsample_labels
 from .working_image import REFERENCE_WIDTH, inverse, working_image
 
@@ -106,7 +107,9 @@ def segment(frame: DepthFrame, options: SegmentationOptions | None = None) -> Se
         labels, ambiguous = relabel_with_reasons(labels, ambiguous)
     planes = [support.plane for support in supports]
     containers = tuple(one.container for one in found)
-    warnings = find_warnings(labels, ambiguous, supports, containers, above)
+    warnings = find_warnings(
+        labels, ambiguous, supports, containers, above, unreached_share(image, supports)
+    )
     return Segmentation(
         labels,
         planes[0] if planes else None,

@@ -54,6 +54,12 @@ def test_empty_result_with_unexplained_readings_is_warned_about(share, expected)
     assert [warning.kind for warning in found] == expected
 
 
+@pytest.mark.parametrize(("share", "expected"), [(0.02, []), (0.2, ["support_unseen"])])
+def test_readings_out_of_reach_are_warned_about(share, expected):
+    found = find_warnings(LABELS, {}, [SUPPORT], (), NOTHING, share)
+    assert [warning.kind for warning in found] == expected
+
+
 def test_cut_and_ambiguous_objects_are_named():
     labels = np.zeros((10, 10), np.int32)
     labels[0, 3:5], labels[4:6, 4:6] = 2, 1
