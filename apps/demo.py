@@ -15,8 +15,8 @@ from eyehand.grasping import GraspPurpose
 
 from .console import print_json, say, show
 from .grasp.robot_choice import RobotChoice
-from .output_files import make_folder
 from .perception_demo import perception_demo
+from .run_folder import claim_folder
 
 if TYPE_CHECKING:
     from eyehand.data_synth.cell import SimRobot
@@ -126,7 +126,7 @@ def demo(
     ending = ClearOptions(failures=failures or FAILURES)
     # Building the cell validates scene and robot, so it comes before the first written file.
     built = trial_cell(table.objects, trial)
-    make_folder(out)
+    claim_folder(out)
     warm_up_grasping(jaws=isinstance(built[0].robot.hand, ParallelHand))
     say(f"clearing a table: {table.source} ...")
     if view:

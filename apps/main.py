@@ -12,13 +12,12 @@ import os
 import sys
 from importlib import metadata
 from importlib.util import find_spec
-from typing import TYPE_CHECKING, Any, get_args
 
+from .argument_checks import check_arguments, is_number
 from .command_table import ALIASES, COMMANDS, EXTRAS, GROUPS, NEEDED, RENAMED
 from .kernel_folder import ensure_kernel_folder
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
+from .process_end import termination_unwinds
+from .run_folder import release_folders
 
 ABOUT = "eyehand: grasp unknown objects from one depth image and from touch."
 
@@ -41,7 +40,12 @@ def main(arguments: list[str] | None = None) -> None:
     # Threads of BLAS do not speed up small matrices, and they slow down shared cores.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     ensure_kernel_folder()
-    sys.exit(_run(arguments))
+    with termination_unwinds():
+        try:
+            code = _run(arguments)
+        finally:
+            release_folders()
+    sys.exit(code)
 
 
 def _split_numbers(arguments: list[str]) -> list[str]:
@@ -49,17 +53,9 @@ def _split_numbers(arguments: list[str]) -> list[str]:
     split: list[str] = []
     for argument in arguments:
         words = argument.replace(",", " ").split()
-        is_numbers = argument.startswith("-") and all(map(_is_number, words))
+        is_numbers = argument.startswith("-") and all(map(is_number, words))
         split += words if is_numbers else [argument]
     return split
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
 
 
 def _refuse_former_name(arguments: list[str]) -> None:
@@ -104,7 +100,7 @@ def _run(arguments: list[str]) -> int:
         help=ABOUT,
         help_format="plaintext",
         version=_version,
-        config=_refuse_fractions,
+        config=check_arguments,
     )
     groups = {name: App(name=name, help=GROUPS[name]) for name in GROUPS}
     for group in groups.values():
@@ -144,33 +140,6 @@ def _run(arguments: list[str]) -> int:
         print("eyehand: interrupted", file=sys.stderr)
         return 130
     return code if isinstance(code, int) else 0
-
-
-def _refuse_fractions(_app: Any, _commands: tuple[str, ...], arguments: Any) -> None:
-    """Reject fractions for integer options, because cyclopts would round them."""
-    from eyehand.errors import InputError
-
-    for argument in arguments:
-        kinds = set(_kinds(argument.hint))
-        if int not in kinds or kinds & {float, str}:
-            continue
-        for token in argument.tokens:
-            if "." in token.value and _is_fraction(token.value):
-                name = token.keyword or argument.name
-                raise InputError(f"{name} must be a whole number, got {token.value}")
-
-
-def _kinds(hint: Any) -> Iterator[Any]:
-    """Yield all types that a type hint consists of."""
-    inner = get_args(hint)
-    if not inner:
-        yield hint
-    for part in inner:
-        yield from _kinds(part)
-
-
-def _is_fraction(text: str) -> bool:
-    return _is_number(text) and not float(text).is_integer()
 
 
 def _help() -> str:

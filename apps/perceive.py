@@ -15,6 +15,7 @@ from .frame_masks import FrameMasks
 from .frame_stream import check_source, open_frames
 from .output_files import write_perceived_frame
 from .perceived_frame import load_kernels, perceive_and_plan
+from .run_folder import claim_folder
 from .scene_table import scene_rows, scene_table
 from .usable_frame import check_usable
 
@@ -59,6 +60,7 @@ def perceive_command(
         Print one JSON object on stdout; the table goes to stderr.
     """
     check_source(frame, oak, record, frames)
+    claim_folder(out)
     rows = []
     count = 0
     for name, source, depth_frame in open_frames(frame, camera, oak, record, frames):

@@ -18,6 +18,7 @@ from eyehand.perception import read_frame
 from .console import print_json, say, show
 from .output_files import write_perceived_frame, write_picture
 from .perceived_frame import PerceivedFrame, load_kernels, perceive_and_plan
+from .run_folder import claim_folder
 from .scene_picture import depth_picture, overlay_picture
 from .scene_table import scene_rows, scene_table
 from .segmentation.score import SegmentationScore, score_segmentation
@@ -77,8 +78,9 @@ def perception_demo(
     """
     if not 1 <= objects <= MAX_OBJECTS:
         raise InputError(f"--objects must be 1 to {MAX_OBJECTS}, got {objects}")
+    claim_folder(out)
     # The real frame comes first because reading it can fail.
-    real, source = _real_frame(frame, camera)
+    real, name, source = _real_frame(frame, camera)
     say("making a synthetic scene: physics, camera, depth noise ...")
     scene = make_scene(seed, TabletopOptions(count_range=(objects, objects)))
     synthetic, truth = render_frame(scene, DepthNoise.realistic(), seed)
@@ -91,7 +93,7 @@ def perception_demo(
         check_usable(perceived.scene.segmentation, source)
     shown = [
         _Shown("synthetic", f"synthetic scene, seed {seed}", found, score),
-        _Shown("real", source, perceived, None),
+        _Shown(name, source, perceived, None),
     ]
     rows = []
     for item in shown:
@@ -108,15 +110,21 @@ def perception_demo(
     return 0
 
 
-def _real_frame(path: Path | None, camera: Path | None) -> tuple[DepthFrame, str]:
-    """Read the given frame, else the real one of the test data, else the sample of the package."""
+def _real_frame(path: Path | None, camera: Path | None) -> tuple[DepthFrame, str, str]:
+    """Read the given frame, else the real one of the test data, else the sample of the package.
+
+    Returns
+    -------
+    DepthFrame, str, str
+        The frame, the name of its folder, and its source.
+    """
     if path is not None:
-        return read_frame(path, camera), str(path)
+        return read_frame(path, camera), "real", str(path)
     data = Path(os.environ.get("EYEHAND_DATA", "../shared/data"))
     if (data / REAL_FRAME).is_file():
-        return read_frame(data / REAL_FRAME), f"real frame {REAL_FRAME.name}"
-    say(f"no real frame at {data / REAL_FRAME}: showing the sample frame of the package instead")
-    return read_frame(SAMPLE), "sample frame"
+        return read_frame(data / REAL_FRAME), "real", f"real frame {REAL_FRAME.name}"
+    say(f"no real frame at {data / REAL_FRAME}: showing the synthetic sample instead")
+    return read_frame(SAMPLE), "sample", "synthetic sample frame of the package"
 
 
 def _against_truth(score: SegmentationScore) -> str:

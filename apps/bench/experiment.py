@@ -17,7 +17,7 @@ from rich.table import Table
 from eyehand.errors import InputError
 
 from ..console import print_json, say, show, tracked
-from ..output_files import make_folder
+from ..run_folder import claim_folder
 from .chart_style import Provenance, write_chart
 
 if TYPE_CHECKING:
@@ -138,7 +138,7 @@ def run_experiment(
         raise InputError(f"--seed must be >= 0, got {seed}")
     count = trials or (experiment.quick_trials if quick else experiment.trials) or 1
     out = out or Path("out") / f"experiment_{experiment.name}"
-    make_folder(out)
+    claim_folder(out)
     result = experiment.measure(TrialPlan(count, seed or 0, quick, experiment.unit))
     picture = out / f"{experiment.file_stem or experiment.name}.png"
     write_chart(result.picture, picture, result.rows if result.points is None else result.points)

@@ -15,7 +15,7 @@ from rich import box
 from rich.table import Table
 
 from eyehand.apps.console import print_json, say, show, tracked
-from eyehand.apps.output_files import make_folder
+from eyehand.apps.run_folder import claim_folder
 from eyehand.errors import InputError
 
 from .sweep import Sweep, SweepResult, Tested, format_value, run_sweep, select_sweeps
@@ -114,7 +114,7 @@ def run_stress(stage: StressStage[Any], arguments: StressArguments) -> int:
     seeds = _seed_range(stage, arguments)
     sweeps, checks = _selected(stage, arguments.only or ())
     out = arguments.out or Path(f"out/stress_{stage.name}")
-    make_folder(out)
+    claim_folder(out)
     if stage.prepare is not None:
         stage.prepare()
     results = [

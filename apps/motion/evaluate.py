@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from concurrent.futures import ProcessPoolExecutor
 from importlib.util import find_spec
 from multiprocessing import get_context
@@ -16,7 +17,8 @@ from eyehand.errors import InputError
 from ..bench import Provenance, machine_line, result_table, write_chart, write_csv
 from ..bench.machine import core_count
 from ..console import print_json, say, show, tracked
-from ..output_files import make_folder
+from ..process_end import end_with_parent
+from ..run_folder import claim_folder
 from .cycle_comparison import PAIRS, cycle_rows
 from .reach_chart import reach_chart
 from .reach_methods import BASELINE, BASELINES, METHODS, PLANNED
@@ -99,7 +101,7 @@ def evaluate_motion(
     options = ReachOptions(time_limit=time_limit)
     methods = _selected_methods(only, baseline=baseline)
     scenes = min(scenes, QUICK_SCENES) if quick else scenes
-    make_folder(out)
+    claim_folder(out)
     seeds = range(seed, seed + scenes)
     cases = [_ReachCase(method, each, boxes, options) for method in methods for each in seeds]
     records = _run(cases, processes=1 if quick else MAX_PROCESSES)
@@ -166,7 +168,9 @@ def _records(cases: Sequence[_ReachCase], processes: int) -> Iterator[ReachRecor
         yield from map(_record, cases)
         return
     # A forked process would inherit the locks of this process' threads.
-    with ProcessPoolExecutor(processes, mp_context=get_context("spawn")) as pool:
+    with ProcessPoolExecutor(
+        processes, get_context("spawn"), initializer=end_with_parent, initargs=(os.getpid(),)
+    ) as pool:
         yield from pool.map(_record, cases, chunksize=BATCH)
 
 

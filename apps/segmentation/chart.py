@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from eyehand.apps.output_files import make_folder
 from eyehand.apps.perceived_frame import load_kernels
+from eyehand.apps.run_folder import claim_folder
 from eyehand.perception import segment
 from eyehand.perception.segmentation import FRONT_FORMAT, STORED_FRONT
 
@@ -82,7 +82,7 @@ def chart_segmentation(
         data = replace(data, frames=QUICK_FRAMES)
     check_chart_arguments("--frames", data.frames, data.seed, store=store, quick=quick)
     frames = open_kinds(data)
-    make_folder(out)
+    claim_folder(out)
     load_kernels()
     settings = BOARD.settings(quick=quick)
     methods = [_own(setting) for setting in settings]

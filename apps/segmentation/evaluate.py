@@ -19,6 +19,7 @@ from eyehand.perception import SegmentationOptions, segment
 from ..bench import machine_line, write_csv
 from ..output_files import make_folder
 from ..perceived_frame import load_kernels
+from ..run_folder import claim_folder
 from .dataset import Coding, DatasetOptions, FrameSource, open_dataset
 from .evaluate_kinds import evaluate_kinds
 from .evaluate_points import evaluate_points
@@ -158,7 +159,7 @@ def evaluate_segmentation(
     else:
         reading = DatasetOptions(camera, depth_scale_mm, labels)
         sources = _spread(_select_groups(open_dataset(Path(dataset), reading), groups), frames)
-    make_folder(out)
+    claim_folder(out)
     load_kernels()
     results = _run(sources, options, ignore_invalid)
     rows = summary_rows(results)

@@ -11,8 +11,9 @@ from eyehand.apps.console import print_json, say, show, tracked
 
 from ..bench import machine_line, write_csv
 from ..bench.experiment import markdown_table, result_table
-from ..output_files import make_folder, write_text
+from ..output_files import write_text
 from ..perceived_frame import load_kernels
+from ..run_folder import claim_folder
 from .kinds import KindFrame, KindOptions, Score, open_kinds, score_by_kind, worst_kinds_mean
 from .scored_frames import timed_segment
 from .self_agreement import disturbed_frame, self_agreement
@@ -45,7 +46,7 @@ def evaluate_kinds(
 ) -> int:
     """Segment all frames, and print one row per kind, worst kind first."""
     frames = open_kinds(data)
-    make_folder(out)
+    claim_folder(out)
     load_kernels()
     scores: list[Score] = []
     rows: list[dict[str, Any]] = []

@@ -12,8 +12,9 @@ from eyehand.perception import segment
 
 from ..bench import machine_line, write_csv
 from ..bench.experiment import markdown_table, result_table
-from ..output_files import make_folder, write_text
+from ..output_files import write_text
 from ..perceived_frame import load_kernels
+from ..run_folder import claim_folder
 from ..usable_frame import check_usable
 from .point_frames import PointFrame, Verdict, frames_by_camera, read_point_frames, score_points
 from .self_agreement import NOISE_SEED, disturbed_frame, self_agreement
@@ -53,7 +54,7 @@ def evaluate_points(folder: Path, options: SegmentationOptions, out: Path, *, js
     of either segmentation that keep their segment when ±1 mm is added to 0.5 % of the readings.
     """
     frames = read_point_frames(folder)
-    make_folder(out)
+    claim_folder(out)
     load_kernels()
     rows = [
         _row(frame, colour, options)

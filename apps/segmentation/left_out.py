@@ -18,8 +18,9 @@ from eyehand.perception import segment
 
 from ..bench import machine_line, write_csv
 from ..bench.experiment import markdown_table, result_table
-from ..output_files import make_folder, write_text
+from ..output_files import write_text
 from ..perceived_frame import load_kernels
+from ..run_folder import claim_folder
 from .kinds import KindFrame, KindOptions, open_kinds, score_by_kind
 from .labelled_edges import LabelledEdges, edges_right, fit_log_odds, labelled_edges
 from .tuned_constants import OTHERS, Constant, log_odds, replaced
@@ -99,7 +100,7 @@ def evaluate_left_out(options: KindOptions, out: Path, *, json: bool) -> int:
     sources = {frame.source for frame in frames}
     if len(sources) < 2:
         raise InputError(f"--report left-out needs at least two sources, got {', '.join(sources)}")
-    make_folder(out)
+    claim_folder(out)
     load_kernels()
     judged = [frame.load() for frame in tracked(frames, "loading", len(frames))]
     data = _Data(frames, judged, [labelled_edges(one) for one in judged])

@@ -1,6 +1,11 @@
 """Parsing of command names and numbers, before any command runs."""
 
+import dataclasses
+import importlib
+import inspect
+import os
 import sys
+import typing
 from types import SimpleNamespace
 
 import pytest
@@ -40,6 +45,46 @@ def test_whole_numbers_and_fractions_are_accepted_where_valid(capsys):
         capsys, "evaluate", "grasp", "--count", "3.0", "--friction", "0.5", "--scenes", "0"
     )
     assert "--scenes must be >= 1, got 0" in err
+
+
+def path_options(command: str) -> list[str]:
+    """List the options of a command that take a file or folder; "" is a positional argument."""
+    module, name = COMMANDS[command][0].split(":")
+    function = getattr(importlib.import_module(module), name)
+    hints = typing.get_type_hints(function)
+    found = []
+    for parameter in inspect.signature(function).parameters.values():
+        hint = hints[parameter.name]
+        is_named = parameter.kind is parameter.KEYWORD_ONLY
+        if "pathlib.Path" in str(hint):
+            found.append(f"--{parameter.name.replace('_', '-')}" if is_named else "")
+        for group in filter(dataclasses.is_dataclass, (hint, *typing.get_args(hint))):
+            inner = typing.get_type_hints(group)
+            names = [field.name for field in dataclasses.fields(group)]
+            found += [f"--{n.replace('_', '-')}" for n in names if "pathlib.Path" in str(inner[n])]
+    return found
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_path_option_refuses_a_fifo_a_device_and_a_long_name(command, capsys, tmp_path):
+    fifo = tmp_path / "pipe.png"
+    os.mkfifo(fifo)
+    refused = {fifo: "it is a FIFO", "/dev/zero": "it is a socket or device"}
+    refused["x" * 300] = "File name too long"
+    for option in path_options(command):
+        for path, message in refused.items():
+            words = [str(path)] if not option else [option, str(path)]
+            code, err = run(capsys, *command.split(), *words)
+            assert (code, len(err.splitlines())) == (2, 1), (option, err)
+            assert message in err, option
+
+
+@pytest.mark.parametrize("command", ["demo", "synth", "evaluate segmentation", "stress grasp"])
+def test_seed_beyond_64_bits_is_refused(command, capsys):
+    option = "--seeds" if command.startswith("stress") else "--seed"
+    code, err = run(capsys, *command.split(), option, str(10**30))
+    assert code == 2
+    assert f"{option} must be between -2**63 and 2**63, got 1{'0' * 30}" in err
 
 
 def test_demo_rejects_zero_failures(capsys):

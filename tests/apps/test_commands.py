@@ -184,9 +184,11 @@ def test_demo_look_writes_both_frames_and_scores_the_synthetic_one(tmp_path, cap
     monkeypatch.setenv("EYEHAND_DATA", str(tmp_path / "absent"))
     code, out, err = run("demo", "--look", "--out", tmp_path, "--json", capsys=capsys)
     assert code == 0
-    assert "sample" in err
+    assert "synthetic sample" in err
+    names = [row["name"].split("/")[0] for row in json.loads(out)["rows"]]
+    assert set(names) == {"synthetic", "sample"}
     assert json.loads(out)["overlap_f_pct"] > 85
-    for name in ("overview.png", "synthetic/overlay.png", "real/overlay.png", "real/scene.json"):
+    for name in ("overview.png", "synthetic/scene.json", "sample/overlay.png"):
         assert (tmp_path / name).is_file()
 
 

@@ -11,8 +11,8 @@ import numpy as np
 from cyclopts import Parameter
 
 from eyehand.apps.console import tracked
-from eyehand.apps.output_files import make_folder
 from eyehand.apps.perceived_frame import load_kernels
+from eyehand.apps.run_folder import claim_folder
 from eyehand.errors import InputError
 from eyehand.perception import FitOptions
 from eyehand.perception.superquadric import FRONT_FORMAT, STORED_FRONT
@@ -128,7 +128,7 @@ def chart_fit(
         ),
     ]
     groups, clouds = _cases(each, meshes or (), seed)
-    make_folder(out)
+    claim_folder(out)
     load_kernels()
     count = len(clouds)
     compared = compare_methods(

@@ -18,8 +18,8 @@ from ...bench import (
     write_csv,
 )
 from ...console import print_json, say, show, tracked
-from ...output_files import make_folder
 from ...perceived_frame import load_kernels
+from ...run_folder import claim_folder
 from ...wording import counted, seed_span
 from .baselines import find_baseline
 from .clouds import Group, fit_case
@@ -115,7 +115,7 @@ def evaluate_fit(
         fitters = {name: find_baseline(name) for name in baseline or MESH_BASELINES}
         return evaluate_meshes(meshes, methods, fitters, seed=seed, quick=quick, out=out, json=json)
     baselines = [baseline_fitter(name, find_baseline(name)) for name in baseline or []]
-    make_folder(out)
+    claim_folder(out)
     load_kernels()
     rows: list[dict[str, Any]] = []
     for group in dict.fromkeys(groups or get_args(Group)):

@@ -8,8 +8,8 @@ from eyehand.errors import InputError
 
 from ...bench import machine_line, result_table, write_csv
 from ...console import print_json, say, show, tracked
-from ...output_files import make_folder
 from ...perceived_frame import load_kernels
+from ...run_folder import claim_folder
 from .comparison import OWN
 from .household_meshes import read_household
 from .mesh_scenes import mesh_scenes
@@ -55,7 +55,7 @@ def evaluate_meshes(
     views = data.directions()
     if quick:
         meshes, views = _one_per_class(meshes), views[:1]
-    make_folder(out)
+    claim_folder(out)
     load_kernels()
     if data.neighbours:
         elevations = [view for view in views if isinstance(view, float)]

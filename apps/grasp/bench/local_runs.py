@@ -17,6 +17,7 @@ from dataclasses import dataclass
 from multiprocessing import connection, get_context
 from typing import TYPE_CHECKING
 
+from ...process_end import end_with_parent
 from .jobs import RunTrial, SceneJob, SceneOutcome, attempt
 
 if TYPE_CHECKING:
@@ -116,7 +117,9 @@ def run_here(
 
 def _start(run: RunTrial) -> _Worker:
     here, there = get_context("spawn").Pipe()
-    process = get_context("spawn").Process(target=_work, args=(there, run), daemon=True)
+    process = get_context("spawn").Process(
+        target=_work, args=(there, run, os.getpid()), daemon=True
+    )
     for name in ONE_THREAD:
         os.environ.setdefault(name, "1")
     with _interrupts_ignored():
@@ -164,8 +167,9 @@ def _interrupts_ignored() -> Iterator[None]:
         signal.signal(signal.SIGINT, previous)
 
 
-def _work(pipe: Connection, run: RunTrial) -> None:
+def _work(pipe: Connection, run: RunTrial, parent: int) -> None:
     """Run scenes until the other end of the pipe is closed."""
+    end_with_parent(parent)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     # Standard output is reserved for JSON. Redirect the output of libraries.
     os.dup2(2, 1)

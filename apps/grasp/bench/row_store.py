@@ -16,6 +16,7 @@ from eyehand.errors import InputError
 from eyehand.perception.io import atomic_write
 
 from ...output_files import make_folder, write_text
+from ...run_folder import claim_folder
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -155,9 +156,10 @@ def open_rows(folder: Path, options: Mapping[str, Any], *, fresh: bool = False) 
         If the folder holds rows of other options. The message names the differences.
     """
     store = RowStore(folder)
+    claim_folder(folder)
     make_folder(store.folder)
     for path in store.folder.glob(".*.parquet"):
-        # Temporary file of a killed run.
+        # Temporary file of a killed run: no other process has the folder.
         path.unlink(missing_ok=True)
     if fresh:
         store.clear()

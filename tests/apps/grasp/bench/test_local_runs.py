@@ -152,7 +152,7 @@ def test_killed_run_continues(made_up, tmp_path):
         "    run_scenes(jobs, open_rows(folder, {}), Machines(1), m.run_slowly)\n"
     )
     child = subprocess.Popen([sys.executable, script], start_new_session=True)
-    deadline = time.monotonic() + 30
+    deadline = time.monotonic() + 120
     while not list((tmp_path / "rows").glob("s*.parquet")) and time.monotonic() < deadline:
         time.sleep(0.02)
     os.killpg(child.pid, signal.SIGKILL)
