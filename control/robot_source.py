@@ -8,7 +8,7 @@ import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from eyehand.errors import InputError
+from eyehand.errors import InputError, named_files
 
 from .mujoco_binding import Model, Spec, mujoco
 
@@ -40,7 +40,7 @@ def read_robot(
     Raises
     ------
     InputError
-        If the file is missing, MuJoCo cannot read it, or a package is in no folder.
+        If the file is missing or names a FIFO, MuJoCo cannot read it, or a package is in no folder.
     """
     if not isinstance(source, (str, Path)):
         if not isinstance(source, mujoco.MjSpec):
@@ -55,6 +55,7 @@ def read_robot(
         raise InputError(
             f"robot: no such file: {path}; the path must be that of an MJCF or URDF file"
         )
+    named_files(path)  # MuJoCo would wait for a FIFO without end.
     if path.suffix.lower() in (".xml", ".urdf"):
         text = path.read_bytes().decode(errors="replace")
         if PACKAGE in text:

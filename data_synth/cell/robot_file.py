@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from eyehand.errors import InputError
+from eyehand.errors import InputError, named_files
 
 from ..mujoco_import import import_mujoco
 
@@ -24,6 +24,7 @@ def read_robot(path: Path) -> Any:
     if not Path(path).is_file():
         what = "this is a folder" if Path(path).is_dir() else "no such file"
         raise InputError(f"robot file {path}: {what}; give the path of an MJCF file")
+    named_files(Path(path))  # MuJoCo would wait for a FIFO without end.
     try:
         return mujoco.MjSpec.from_file(str(path))
     except (ValueError, mujoco.FatalError) as error:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree
 
-from eyehand.errors import InputError
+from eyehand.errors import InputError, named_files
 
 from .urdf_text import Urdf, prepared_urdf
 
@@ -51,6 +51,7 @@ def read_model(path: Path | str, package_dirs: Sequence[Path | str] = ()) -> Mod
     """
     path = Path(path)
     root = _read_xml(path)
+    named_files(path)  # MuJoCo would wait for a FIFO without end.
     if root.tag not in ("mujoco", "robot"):
         raise InputError(f"{path}: the root element must be <mujoco> or <robot>, got <{root.tag}>")
     for element, name, value in _numbers(path, root):
