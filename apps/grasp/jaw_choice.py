@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from eyehand.errors import InputError
@@ -30,6 +30,9 @@ class JawChoice:
     """Generic gripper: distance of the fingertips from the palm, mm."""
     finger_width: float | None = None
     """Generic gripper: width of a finger across the closing direction, mm."""
+    joint_prefix: str = ""
+    """Text before the names of the gripper's joints in the postures, as in a ROS description:
+    panda_ makes panda_finger_joint1."""
 
     def load(self) -> ParallelHand:
         """Return the description of the gripper.
@@ -39,6 +42,11 @@ class JawChoice:
         InputError
             If no gripper is chosen, or it is unknown, or a size is out of range.
         """
+        hand = self._chosen()
+        joints = tuple(replace(joint, name=self.joint_prefix + joint.name) for joint in hand.joints)
+        return replace(hand, joints=joints) if self.joint_prefix else hand
+
+    def _chosen(self) -> ParallelHand:
         sizes = {
             name: value
             for name in ("stroke", "finger_depth", "finger_width")

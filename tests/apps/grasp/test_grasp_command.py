@@ -107,6 +107,15 @@ def test_yaml_has_the_layout_of_moveit_grasps(report, written):
         assert grasp["max_contact_force"] == 70.0
 
 
+def test_joint_prefix_precedes_the_joint_names(tmp_path, capsys):
+    yaml = pytest.importorskip("yaml")
+    path = tmp_path / "a.yaml"
+    hand = "--hand", "panda", "--joint-prefix", "panda_"
+    assert run(SAMPLE, *hand, "--yaml", path, capsys=capsys)[0] == 0
+    names = yaml.safe_load(path.read_text())[0]["grasp_posture"]["joint_names"]
+    assert names == ["panda_finger_joint1", "panda_finger_joint2"]
+
+
 def test_picture_shows_the_best_grasp_in_its_colour(report, written):
     picture = cv2.imread(str(written / "new" / "a.png"))
     assert picture is not None
