@@ -131,7 +131,7 @@ def approach(cell: Cell, state: PickState) -> PhaseFailure | None:
 def contact(cell: Cell, state: PickState) -> PhaseFailure | None:
     """Prepare the closing; for a power grasp, move on until the palm touches the object."""
     load = None if state.grasp.firm else state.plan.mass[-1]
-    grip = replace(cell.options.grip, load=load)
+    grip = replace(cell.options.grip, load=load, lever=state.plan.lever)
     state.closing = cell.hand.closing(state.prototype, state.plan.opening, grip)
     if state.prototype != "power":
         return None

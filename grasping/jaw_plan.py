@@ -10,9 +10,11 @@ from .plan import ApproachTask, GraspPlan, Score
 from .prototypes import mass_range
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
-    from eyehand.perception import SceneObject
+    from eyehand.perception import SceneObject, Superquadric
 
     from .jaws import Grasp
 
@@ -41,7 +43,8 @@ def _plan(grasp: Grasp, item: SceneObject, up: NDArray[np.float64], turn: float)
     tip, palm, closing = grasp.position, grasp.approach, turn * grasp.closing
     solids = item.fit.parts or ((item.fit.superquadric,) if item.fit.superquadric else ())
     depth = float((palm @ tip) - (item.points @ palm).min())
-    volume = float(sum(solid.volume for solid in solids))
+    volumes = np.array([solid.volume for solid in solids])
+    volume = float(volumes.sum())
     tasks = (
         ApproachTask(
             "position", 3, tip, palm, 0.0, "tool centre point at the grasp", retreat_slope=1.0
@@ -62,4 +65,19 @@ def _plan(grasp: Grasp, item: SceneObject, up: NDArray[np.float64], turn: float)
         mass=mass_range(volume),
         reason=grasp.reason,
         palm_gap=-max(depth, 0.0),
+        lever=_lever(tip, closing, up, solids, volumes),
     )
+
+
+def _lever(
+    tip: NDArray[np.float64],
+    closing: NDArray[np.float64],
+    up: NDArray[np.float64],
+    solids: Sequence[Superquadric],
+    volumes: NDArray[np.float64],
+) -> float:
+    """Return the horizontal distance of the centre of mass from the closing axis, m."""
+    if not len(solids):
+        return 0.0
+    centre = volumes @ [solid.centre for solid in solids] / volumes.sum()
+    return abs(float(np.cross(centre - tip, up) @ closing))

@@ -96,6 +96,8 @@ class GraspPlan:
     """Distance of the palm from the object's centre at the grasp, along ``palm``, m."""
     palm_gap: float = 0.0
     """Distance of the palm from the object's near face at the grasp, m."""
+    lever: float = 0.0
+    """Horizontal distance of the centre of mass from the closing axis of jaws, m."""
     tip_depth: TipDepth | None = None
     """Wanted depth of the fingertips; None for the default."""
     pushed_label: int = 0

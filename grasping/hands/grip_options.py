@@ -40,6 +40,9 @@ class GripOptions:
     """Tension of each finger's tendon in the grip, N. Higher holds more, but deforms more."""
     load: float | None = None
     """Mass to lift, kg. Light objects get less tension. None applies the full tension."""
+    lever: float = 0.0
+    """Horizontal distance of the load from the closing axis of jaws, m: it turns between the
+    pads."""
     friction: float = 0.6
     """Coefficient of friction that is assumed for the load."""
     safety: float = 3.0
@@ -50,7 +53,8 @@ class GripOptions:
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
-            if isinstance(value, float) and not 0.0 < value < 1e4:
+            least = 0.0 if name == "lever" else np.finfo(float).tiny
+            if isinstance(value, float) and not least <= value < 1e4:
                 raise InputError(f"grip option {name} must lie in (0, 10000), got {value}")
         for prototype, value in self.tension.items():
             if prototype not in get_args(Prototype) or not 0.0 < value < 1e4:

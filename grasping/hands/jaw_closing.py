@@ -28,6 +28,8 @@ GRIP_SECONDS = 0.25
 """Time in which the force rises to that of the grip, s."""
 MIN_FORCE = 20.0
 """Force of each jaw however light the load seems, N. Its mass is an estimate."""
+PAD_RADIUS_SHARE = 0.4
+"""Radius at which a pad resists turning, as a share of the pad's smaller side."""
 CONTACT_FORCE_SHARE = 0.5
 """Share of the grip force with which the jaws close until they touch."""
 EFFORT_SHARE = 0.3
@@ -100,7 +102,9 @@ def grip_force(hand: ParallelHand, options: GripOptions) -> float:
     low, high = hand.force
     if options.load is None:
         return high
-    needed = options.load * GRAVITY * options.safety / (2.0 * options.friction)
+    radius = PAD_RADIUS_SHARE * min(hand.pad_width, hand.pad_height)
+    turning = 1.0 + options.lever / radius
+    needed = turning * options.load * GRAVITY * options.safety / (2.0 * options.friction)
     return float(np.clip(max(needed, MIN_FORCE), low, high))
 
 

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.special import expit, ndtr
 
+from ..hands.jaw_closing import PAD_RADIUS_SHARE
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -36,8 +38,6 @@ DENSITY = 500.0
 """Likely mass over volume of an unknown object, kg/m³."""
 LIKELY_FORCE = 20.0
 """Closing force of each jaw that is assumed where the hand can do more, N."""
-PAD_RADIUS_SHARE = 0.4
-"""Radius at which a pad resists turning, as a share of the pad's smaller side."""
 LEVER_SCALE = 0.08
 """Distance of the centre of mass from the closing axis that costs 40 %, m. It matters for objects
 that are heavier than they look."""

@@ -84,6 +84,9 @@ def test_force_follows_load_within_range_of_gripper():
     assert light < heavy < unknown == HAND.force[1]
     # Half the weight on each pad, by friction: 2 µ F = safety m g.
     assert heavy == pytest.approx(3.0 * 2.0 * 9.81 / (2 * 0.6))
+    # A load beside the closing axis turns between pads that resist at 0.4 of their smaller side.
+    beside = grip_force(HAND, GripOptions(load=1.0, lever=0.4 * HAND.pad_width))
+    assert beside == pytest.approx(heavy)
 
 
 def test_reading_of_another_kind_of_hand_is_refused():
