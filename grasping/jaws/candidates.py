@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -46,23 +46,33 @@ class Candidates:
     """Origins of the tool frame, (n, 3), m."""
     object: NDArray[np.int64]
     """Index of the object, (n,)."""
+    reach: NDArray[np.float64]
+    """Distance from the origin along the closing axis up to which the object's surface lies between
+    the pads, (n,), m: infinite, or that of a wall that is gripped at its rim."""
 
     def __len__(self) -> int:
         return len(self.tip)
 
     def take(self, index: NDArray) -> Candidates:
         """Return a part of the candidates."""
-        return Candidates(self.rotation[index], self.tip[index], self.object[index])
+        return Candidates(
+            self.rotation[index], self.tip[index], self.object[index], self.reach[index]
+        )
+
+    def at(self, tip: NDArray[np.float64]) -> Candidates:
+        """Return the candidates with other origins (n, 3), m."""
+        return replace(self, tip=tip)
 
     @classmethod
     def join(cls, parts: list[Candidates]) -> Candidates:
         """Return all candidates of several sets."""
         if not parts:
-            return cls(np.zeros((0, 3, 3)), np.zeros((0, 3)), np.zeros(0, np.int64))
+            return cls(np.zeros((0, 3, 3)), np.zeros((0, 3)), np.zeros(0, np.int64), np.zeros(0))
         return cls(
             np.concatenate([part.rotation for part in parts]),
             np.concatenate([part.tip for part in parts]),
             np.concatenate([part.object for part in parts]),
+            np.concatenate([part.reach for part in parts]),
         )
 
 
@@ -109,6 +119,7 @@ def solid_candidates(
         np.ascontiguousarray(rotation[pose]),
         tips[pose, depth, side],
         np.full(len(pose), number, dtype=np.int64),
+        np.full(len(pose), np.inf),
     )
 
 

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .candidates import Candidates
 from .clearance import lift_above
 from .kernels import contacts
 from .scoring import ContactTable
@@ -17,6 +16,7 @@ if TYPE_CHECKING:
     from eyehand.perception import SupportPlane
 
     from ..hands import ParallelHand
+    from .candidates import Candidates
     from .options import JawOptions
     from .surface_model import ObjectSurface
 
@@ -39,7 +39,7 @@ def centred_contacts(
 
     Candidates that do not meet the object with both pads are left out.
     """
-    lifted = _at(candidates, lift_above(candidates, support, hand, options.table_margin))
+    lifted = candidates.at(lift_above(candidates, support, hand, options.table_margin))
     columns = pad_contacts(lifted, surface, hand)
     lifted, columns = _meeting(lifted, columns)
     centred = _centred(lifted, columns)
@@ -47,12 +47,12 @@ def centred_contacts(
     again = lift_above(centred, support, hand, options.table_margin)
     low = np.linalg.norm(again - centred.tip, axis=1) > MAX_LOWERED
     if low.any():
-        moved = _at(centred.take(low), again[low])
+        moved = centred.take(low).at(again[low])
         renewed = pad_contacts(moved, surface, hand)
         tip = centred.tip.copy()
         tip[low] = moved.tip
         columns[low] = renewed
-        centred = _at(centred, tip)
+        centred = centred.at(tip)
         centred, columns = _meeting(centred, columns)
     return centred, contact_table(centred, columns)
 
@@ -64,14 +64,12 @@ def pad_contacts(
     return contacts(
         candidates.rotation,
         candidates.tip,
+        candidates.reach,
         surface.points,
         surface.normals,
         surface.measured,
-        0.5 * hand.pad_width,
-        hand.pad_height,
-        NEAR,
-        FACING,
-        MIN_SEEN,
+        (0.5 * hand.pad_width, hand.pad_height, NEAR),
+        (FACING, MIN_SEEN),
     )
 
 
@@ -87,10 +85,6 @@ def contact_table(candidates: Candidates, columns: NDArray[np.float64]) -> Conta
     )
 
 
-def _at(candidates: Candidates, tip: NDArray[np.float64]) -> Candidates:
-    return Candidates(candidates.rotation, tip, candidates.object)
-
-
 def _meeting(
     candidates: Candidates, columns: NDArray[np.float64]
 ) -> tuple[Candidates, NDArray[np.float64]]:
@@ -99,4 +93,4 @@ def _meeting(
 
 
 def _centred(candidates: Candidates, columns: NDArray[np.float64]) -> Candidates:
-    return _at(candidates, candidates.tip + columns[:, :1] * candidates.rotation[:, :, 0])
+    return candidates.at(candidates.tip + columns[:, :1] * candidates.rotation[:, :, 0])

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.special import expit, ndtr
 
-from .candidates import Candidates
 from .contacts import pad_contacts
 from .free_travel import free_travel
 from .grasp import APPROACH
@@ -21,6 +20,7 @@ if TYPE_CHECKING:
     from eyehand.perception import Scene
 
     from ..hands import ParallelHand
+    from .candidates import Candidates
     from .options import JawOptions
     from .point_blocks import PointBlocks
     from .scored import ScoredCandidates
@@ -60,7 +60,7 @@ def depth_error_term(
     success = []
     for error in errors:
         tip = scored.candidates.tip + error * options.depth_error * sight
-        moved = Candidates(scored.candidates.rotation, tip, scored.candidates.object)
+        moved = scored.candidates.at(tip)
         success.append(_success(moved, scored.opening, surfaces, scene, blocks, hand, options))
     nominal = np.maximum(scored.terms["friction"] * scored.terms["overlap"], 1e-6)
     return np.clip(weights @ success / (weights.sum() * nominal), 0.0, 1.0)
@@ -105,7 +105,7 @@ def _success(
     travel = free_travel(candidates, opening, blocks, scene.support, hand)
     rest = np.maximum(APPROACH - np.maximum(travel, 0.0), 0.0)
     stop = candidates.tip - rest[:, None] * candidates.rotation[:, :, 2]
-    stopped = Candidates(candidates.rotation, stop, candidates.object)
+    stopped = candidates.at(stop)
     columns = np.zeros((len(candidates), 9))
     for number, surface in enumerate(surfaces):
         mine = candidates.object == number

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .candidates import Candidates
 from .clearance import lowest_height
 from .grasp import APPROACH
 from .kernels import travels
@@ -17,6 +16,7 @@ if TYPE_CHECKING:
     from eyehand.perception import SupportPlane
 
     from ..hands import ParallelHand
+    from .candidates import Candidates
     from .point_blocks import PointBlocks
 
 ALLOWANCE = 0.0015
@@ -66,7 +66,7 @@ def free_travel(
         RANK,
     )
     if support is not None:
-        at_start = Candidates(candidates.rotation, start, candidates.object)
+        at_start = candidates.at(start)
         height = lowest_height(at_start, support, hand)
         sinking = -approach @ support.normal
         until = np.where(sinking > 1e-6, height / np.maximum(sinking, 1e-6), APPROACH)

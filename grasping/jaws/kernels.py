@@ -52,17 +52,17 @@ def clearances(
             side = 0 if label[group] == owner[i] else 1
             x, y, z = _local(rotation[i], tip[i], group_centre[group])
             reach = low[side, last] + group_radius[group]
-            if _hand_distance(x, y, z, half[i], finger, fixed, sweep, reach) >= reach:
+            if _nearest(x, y, z, half[i], finger, fixed, False, sweep, reach) >= reach:
                 continue
             for block in range(group_start[group], group_start[group + 1]):
                 x, y, z = _local(rotation[i], tip[i], centre[block])
                 reach = low[side, last] + radius[block]
-                if _hand_distance(x, y, z, half[i], finger, fixed, sweep, reach) >= reach:
+                if _nearest(x, y, z, half[i], finger, fixed, False, sweep, reach) >= reach:
                     continue
                 for k in range(start[block], start[block + 1]):
                     x, y, z = _local(rotation[i], tip[i], points[k])
                     bound = low[side, last]
-                    distance = _hand_distance(x, y, z, half[i], finger, fixed, sweep, bound)
+                    distance = _nearest(x, y, z, half[i], finger, fixed, False, sweep, bound)
                     if distance < bound:
                         _insert(low[side], distance)
             if low[side, last] < BLOCKED:
@@ -94,14 +94,23 @@ def _local(rotation, tip, point):
 
 
 @njit(cache=True)
-def _hand_distance(x, y, z, half, finger, fixed, sweep, bound):
-    """Return the signed distance of a point in the tool frame from the hand, at most `bound`, m."""
-    distance = bound
+def _nearest(x, y, z, half, finger, fixed, moving, length, bound):
+    """Return the least value of the hand's boxes at a point in the tool frame, at most `bound`, m.
+
+    The value is that of :func:`_box_travel` if the hand is `moving`, else of `_box_distance`.
+    """
     for b in range(len(finger)):
-        distance = min(distance, _box_distance(abs(x) - half, y, z, finger[b], sweep, distance))
+        side = abs(x) - half
+        if moving:
+            bound = min(bound, _box_travel(side, y, z, finger[b], length, bound))
+        else:
+            bound = min(bound, _box_distance(side, y, z, finger[b], length, bound))
     for b in range(len(fixed)):
-        distance = min(distance, _box_distance(x, y, z, fixed[b], sweep, distance))
-    return distance
+        if moving:
+            bound = min(bound, _box_travel(x, y, z, fixed[b], length, bound))
+        else:
+            bound = min(bound, _box_distance(x, y, z, fixed[b], length, bound))
+    return bound
 
 
 @njit(cache=True)
@@ -160,30 +169,22 @@ def travels(rotation, start, half, points, blocks, finger, fixed, length, allowa
             reach = radius[block]
             x, y, z = _local(r, t, centre[block])
             bound = found[last] + reach
-            if _until(x, y, z, half[i], finger, fixed, allowance - reach, bound) >= bound:
+            narrow = allowance - reach
+            if _nearest(x, y, z, half[i], finger, fixed, True, narrow, bound) >= bound:
                 continue
             for k in range(first[block], first[block + 1]):
                 x, y, z = _local(r, t, points[k])
-                value = _until(x, y, z, half[i], finger, fixed, allowance, found[last])
-                if value < found[last]:
+                bound = found[last]
+                value = _nearest(x, y, z, half[i], finger, fixed, True, allowance, bound)
+                if value < bound:
                     _insert(found, value)
         out[i] = found[last]
     return out
 
 
 @njit(cache=True)
-def _until(x, y, z, half, finger, fixed, allowance, bound):
-    """Return the travel until the hand touches a point, m; `bound` if that is later or never."""
-    travel = bound
-    for b in range(len(finger)):
-        travel = min(travel, _box_until(abs(x) - half, y, z, finger[b], allowance, bound))
-    for b in range(len(fixed)):
-        travel = min(travel, _box_until(x, y, z, fixed[b], allowance, bound))
-    return travel
-
-
-@njit(cache=True)
-def _box_until(x, y, z, box, allowance, bound):
+def _box_travel(x, y, z, box, allowance, bound):
+    """Return the travel until a box touches a point, m; `bound` if that is never."""
     if x < box[0, 0] + allowance or x > box[1, 0] - allowance:
         return bound
     if y < box[0, 1] + allowance or y > box[1, 1] - allowance:
@@ -194,7 +195,7 @@ def _box_until(x, y, z, box, allowance, bound):
 
 
 @njit(cache=True)
-def contacts(rotation, tip, points, normals, measured, half_y, height, near, facing, min_seen):
+def contacts(rotation, tip, reach, points, normals, measured, pad, facing):
     """Return where the pads meet an object, (n, 9); width -1 where they meet nothing.
 
     The columns are: offset of the middle along x, width, cosine of the best normal at the pad at +x
@@ -205,98 +206,102 @@ def contacts(rotation, tip, points, normals, measured, half_y, height, near, fac
     ----------
     rotation, tip
         Tool frames, (n, 3, 3) and (n, 3), m.
+    reach
+        Points farther from the tool frame along x do not count, (n,), m.
     points, normals
         Surface of the object, (N, 3) each, m.
     measured
         Number of points that were measured; they come first.
-    half_y, height
-        Half of the pad's width, and its height, m.
-    near
-        Points within this distance of the outermost one touch the pad, m.
+    pad
+        Half of the pad's width, its height, and the depth behind the outermost point to which
+        points touch the pad, m.
     facing
-        Minimum cosine between a measured normal and the closing axis for its side to be seen.
-    min_seen
-        Minimum number of such points.
+        Minimum cosine between a measured normal and the closing axis for its side to be seen, and
+        minimum number of such points.
     """
-    n = len(tip)
-    out = np.zeros((n, 9))
-    total = len(points)
-    x = np.empty(total)
-    z = np.empty(total)
-    c = np.empty(total)
-    for i in range(n):
-        count = 0
-        seen = 0
-        solid = np.array([np.inf, -np.inf])
-        first = np.full((2, 3), -np.inf)
-        sides = np.zeros(2)
-        for k in range(total):
-            dx = points[k, 0] - tip[i, 0]
-            dy = points[k, 1] - tip[i, 1]
-            dz = points[k, 2] - tip[i, 2]
-            py = rotation[i, 0, 1] * dx + rotation[i, 1, 1] * dy + rotation[i, 2, 1] * dz
-            if abs(py) > half_y:
-                continue
-            pz = rotation[i, 0, 2] * dx + rotation[i, 1, 2] * dy + rotation[i, 2, 2] * dz
-            if pz > 0.0 or pz < -height:
-                continue
-            px = rotation[i, 0, 0] * dx + rotation[i, 1, 0] * dy + rotation[i, 2, 0] * dz
-            pc = (
-                rotation[i, 0, 0] * normals[k, 0]
-                + rotation[i, 1, 0] * normals[k, 1]
-                + rotation[i, 2, 0] * normals[k, 2]
-            )
-            x[count], z[count], c[count] = px, pz, pc
-            count += 1
-            if k < measured:
-                seen = count
-                for s in range(2):
-                    sign = 1.0 if s == 0 else -1.0
-                    if sign * pc > facing:
-                        sides[s] += 1.0
-                        v = sign * px
-                        if v > first[s, 0]:
-                            first[s, 2] = first[s, 1]
-                            first[s, 1] = first[s, 0]
-                            first[s, 0] = v
-                        elif v > first[s, 1]:
-                            first[s, 2] = first[s, 1]
-                            first[s, 1] = v
-                        elif v > first[s, 2]:
-                            first[s, 2] = v
-            else:
-                solid[0] = min(solid[0], px)
-                solid[1] = max(solid[1], px)
-        if count == 0 or (solid[1] < solid[0] and seen == 0):
+    out = np.zeros((len(tip), 9))
+    slab = np.empty((len(points), 3))
+    for i in range(len(tip)):
+        count, seen = _slab(rotation[i], tip[i], reach[i], points, normals, measured, pad, slab)
+        low, high, right, left = np.inf, np.inf, 0.0, 0.0
+        if count:
+            low, high, right, left = _faces(slab[:seen], slab[seen:count], facing)
+        if np.isinf(low) or np.isinf(high) or high <= low:
             out[i, 1] = -1.0
             continue
-        high, low = solid[1], solid[0]
-        if sides[0] >= min_seen:
-            high = first[0, 1] if np.isinf(high) else 0.5 * (first[0, 1] + high)
-        if sides[1] >= min_seen:
-            low = -first[1, 1] if np.isinf(low) else 0.5 * (-first[1, 1] + low)
-        if np.isinf(high) or np.isinf(low) or high <= low:
-            out[i, 1] = -1.0
-            continue
-        best = np.array([-1.0, -1.0])
-        z_low = np.array([np.inf, np.inf])
-        z_high = np.array([-np.inf, -np.inf])
-        touching = 0
-        for k in range(count):
-            for s in range(2):
-                gap = high - x[k] if s == 0 else x[k] - low
-                if gap < near:
-                    best[s] = max(best[s], c[k] if s == 0 else -c[k])
-                    z_low[s] = min(z_low[s], z[k])
-                    z_high[s] = max(z_high[s], z[k])
-                    touching += 1
         out[i, 0] = 0.5 * (high + low)
         out[i, 1] = high - low
-        out[i, 2] = best[0]
-        out[i, 3] = best[1]
-        out[i, 4] = 1.0 if sides[0] >= min_seen else 0.0
-        out[i, 5] = 1.0 if sides[1] >= min_seen else 0.0
-        out[i, 6] = max(z_low[0], z_low[1])
-        out[i, 7] = min(z_high[0], z_high[1])
-        out[i, 8] = touching
+        out[i, 4] = right
+        out[i, 5] = left
+        _touching(slab[:count], low, high, pad[2], out[i])
     return out
+
+
+@njit(cache=True)
+def _slab(r, tip, reach, points, normals, measured, pad, slab):
+    """Write x, z and cosine of the points between the pads into `slab`.
+
+    Returns their number, and that of the measured ones among them, which come first.
+    """
+    count = 0
+    seen = 0
+    for k in range(len(points)):
+        x, y, z = _local(r, tip, points[k])
+        if abs(y) > pad[0] or z > 0.0 or z < -pad[1] or abs(x) > reach:
+            continue
+        slab[count, 0], slab[count, 1] = x, z
+        slab[count, 2] = r[0, 0] * normals[k, 0] + r[1, 0] * normals[k, 1] + r[2, 0] * normals[k, 2]
+        count += 1
+        if k < measured:
+            seen = count
+    return count, seen
+
+
+@njit(cache=True)
+def _faces(seen, solid, facing):
+    """Return the least and greatest x of an object, and whether each side was measured.
+
+    A measured side is its second outermost point, or midway between that and the solid's.
+    """
+    first = np.full((2, 2), -np.inf)
+    sides = np.zeros(2)
+    for k in range(len(seen)):
+        for s in range(2):
+            sign = 1.0 - 2.0 * s
+            if sign * seen[k, 2] > facing[0]:
+                sides[s] += 1.0
+                v = sign * seen[k, 0]
+                if v > first[s, 0]:
+                    first[s, 1] = first[s, 0]
+                    first[s, 0] = v
+                elif v > first[s, 1]:
+                    first[s, 1] = v
+    ends = np.full(2, -np.inf)
+    for k in range(len(solid)):
+        ends[0] = max(ends[0], solid[k, 0])
+        ends[1] = max(ends[1], -solid[k, 0])
+    for s in range(2):
+        sides[s] = 1.0 if sides[s] >= facing[1] else 0.0
+        if sides[s] == 1.0:
+            ends[s] = first[s, 1] if np.isinf(ends[s]) else 0.5 * (first[s, 1] + ends[s])
+    return -ends[1], ends[0], sides[0], sides[1]
+
+
+@njit(cache=True)
+def _touching(slab, low, high, near, out):
+    """Write cosines, z range and number of the points that touch the pads into a row."""
+    best = np.array([-1.0, -1.0])
+    z_low = np.array([np.inf, np.inf])
+    z_high = np.array([-np.inf, -np.inf])
+    for k in range(len(slab)):
+        x, z, cosine = slab[k]
+        for s in range(2):
+            gap = high - x if s == 0 else x - low
+            if gap < near:
+                best[s] = max(best[s], cosine if s == 0 else -cosine)
+                z_low[s] = min(z_low[s], z)
+                z_high[s] = max(z_high[s], z)
+                out[8] += 1.0
+    out[2:4] = best
+    out[6] = max(z_low[0], z_low[1])
+    out[7] = min(z_high[0], z_high[1])

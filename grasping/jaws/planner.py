@@ -20,6 +20,7 @@ from .grasp import GraspList
 from .kernels import BLOCKED
 from .memory import memory_term
 from .options import JawOptions
+from .rim import rim_candidates
 from .scored import ScoredCandidates, join_scored
 from .scoring import clearance_terms, contact_terms
 from .selection import MIN_PROBABILITY, select_grasps, up_direction
@@ -124,9 +125,10 @@ def _contact_candidates(
     rejected: dict[int, Counter[str]],
 ) -> ScoredCandidates | None:
     """Return the candidates of an object with contacts, the best `KEPT`."""
-    found = Candidates.join(
-        [solid_candidates(solid, number, hand, up, options) for solid in surface.solids]
-    )
+    parts = [solid_candidates(solid, number, hand, up, options) for solid in surface.solids]
+    if surface.vessel is not None:
+        parts.append(rim_candidates(surface.vessel, number, hand, up, options))
+    found = Candidates.join(parts)
     if not len(found):
         rejected[item.label]["wider than the stroke"] += 1
         return None
@@ -135,6 +137,8 @@ def _contact_candidates(
         rejected[item.label]["no contact at both pads"] += 1
         return None
     sigma = _width_sigma(item, found.rotation[:, :, 0])
+    # The width of a wall does not depend on that of the solid.
+    sigma[np.isfinite(found.reach)] = 0.0
     terms = contact_terms(
         contact,
         found.rotation[:, :, 0],

@@ -113,14 +113,19 @@ def _torque(
     hand: ParallelHand,
     options: JawOptions,
 ) -> NDArray[np.float64]:
-    """Return the probability that the object does not turn about the closing axis."""
+    """Return the probability that the object turns neither about the closing axis nor across it.
+
+    Across it, the pressure moves to one end of the contact. That happens at the rim of a vessel.
+    """
     offset = centre - contact.middle
-    moment = np.cross(offset, up)
-    lever = np.abs(np.einsum("ij,ij->i", moment, closing))
+    lever = np.abs(np.einsum("ij,ij->i", np.cross(offset, up), closing))
+    level = closing - (closing @ up)[:, None] * up
+    across = np.abs(np.einsum("ij,ij->i", offset, level))
     force = min(LIKELY_FORCE, hand.force[1])
     radius = PAD_RADIUS_SHARE * min(hand.pad_width, hand.pad_height)
     capacity = 2.0 * options.friction * force * radius
-    load = DENSITY * volume * GRAVITY * lever / capacity
+    bending = across / (force * (contact.overlap + SAMPLE_SPACING))
+    load = DENSITY * volume * GRAVITY * np.hypot(lever / capacity, bending)
     return expit((1.0 - load) / 0.25) * np.exp(-0.5 * (lever / LEVER_SCALE) ** 2)
 
 

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from eyehand.perception import Scene, SceneObject
+    from eyehand.perception.superquadric import Vessel
 
 GRID = 11
 """Samples along each side of the cube that is projected onto a solid: 6 · 11² = 726 points, 6 mm
@@ -27,6 +28,10 @@ MIN_FALLBACK_POINTS = 12
 """Minimum number of points from which a box is fitted to an object without a solid."""
 MIN_SIDE = 0.004
 """Minimum side of such a box, m."""
+TOLERANCE = 1e-4
+"""Minimum depth of the inner side of a vessel's wall, m."""
+FLAT = 0.7
+"""Cosine between a normal and the opening of a ring above which the surface is no wall."""
 _SQUARE = 0.1
 """Exponent of a box with slightly rounded edges."""
 
@@ -51,6 +56,8 @@ class ObjectSurface:
     """Volume of the solids, m³."""
     fitted: bool
     """Whether the solids are those of a fit. Otherwise a box encloses the points."""
+    vessel: Vessel | None = None
+    """The object as a vessel whose wall can be gripped at the rim; None for another object."""
 
     @property
     def size(self) -> NDArray[np.float64]:
@@ -70,8 +77,12 @@ def object_surface(item: SceneObject, scene: Scene) -> ObjectSurface | None:
         if box is None:
             return None
         solids = (box,)
-    samples, normals = _solid_samples(solids)
-    nearest = _nearest_normals(measured, solids)
+    if fit.vessel is None:
+        samples, normals = _solid_samples(solids)
+        nearest = _nearest_normals(measured, solids)
+    else:
+        samples, normals = _vessel_samples(fit.vessel)
+        nearest = fit.vessel.normals(measured)
     volumes = np.array([solid.volume for solid in solids])
     centres = np.array([solid.centre for solid in solids])
     return ObjectSurface(
@@ -83,6 +94,7 @@ def object_surface(item: SceneObject, scene: Scene) -> ObjectSurface | None:
         centre=volumes @ centres / volumes.sum(),
         volume=float(volumes.sum()),
         fitted=fitted,
+        vessel=fit.vessel,
     )
 
 
@@ -135,6 +147,18 @@ def _solid_samples(
         points.append(surface[outside])
         normals.append(solid.normals(surface[outside]))
     return np.concatenate(points), np.concatenate(normals)
+
+
+def _vessel_samples(vessel: Vessel) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Sample both sides of a vessel's wall, and its floor: points (N, 3) and normals (N, 3)."""
+    outer, outwards = _solid_samples((vessel.outer,))
+    below = vessel.heights(outer) < 0.0
+    outer, outwards = outer[below], outwards[below]
+    inner = outer - vessel.drawn_wall * outwards
+    kept = (vessel.heights(inner) < 0.0) & (vessel.outer.distance(inner) < -TOLERANCE)
+    if vessel.through:
+        kept &= np.abs(outwards @ vessel.opening) < FLAT
+    return np.concatenate([outer, inner[kept]]), np.concatenate([outwards, -outwards[kept]])
 
 
 def _nearest_normals(

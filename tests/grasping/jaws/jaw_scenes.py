@@ -8,7 +8,7 @@ import numpy as np
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.perception import Scene, SceneObject, Segmentation, Superquadric, SupportPlane
-from eyehand.perception.superquadric import SuperquadricFit
+from eyehand.perception.superquadric import Rim, SuperquadricFit, Vessel
 
 EYE = np.array([0.0, -0.5, 0.4])
 
@@ -21,6 +21,17 @@ def box(size, at=(0.0, 0.0), turn=0.0, label=1):
 def can(radius, height, at=(0.0, 0.0), label=1):
     """Return an upright cylinder."""
     return _standing("cylinder", np.array([radius, radius, 0.5 * height]), (0.1, 1.0), at, 0, label)
+
+
+def bowl(radius, height, wall, at=(0.0, 0.0), label=1):
+    """Return an upright vessel with straight walls that is open at its top."""
+    outer = can(radius, height, at, label)
+    rim = Rim(np.array([*at, height]), np.full(2, radius), np.eye(3)[:2])
+    solid = outer.fit.superquadric
+    assert solid is not None
+    vessel = Vessel(solid, rim, wall)
+    below = outer.points[outer.points[:, 2] < height - 0.003]
+    return replace(outer, points=below, fit=replace(outer.fit, vessel=vessel))
 
 
 def scene_of(*items: SceneObject) -> Scene:

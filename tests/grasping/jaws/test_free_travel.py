@@ -19,7 +19,12 @@ TABLE = SupportPlane(np.array([0.0, 0.0, 1.0]), 0.0)
 def travel(height: float, points: np.ndarray) -> float:
     """Return the travel of a hand from above whose goal has a height, m."""
     down = np.diag([1.0, -1.0, -1.0])[None]
-    goal = Candidates(np.ascontiguousarray(down), np.array([[0.0, 0.0, height]]), np.zeros(1, int))
+    goal = Candidates(
+        np.ascontiguousarray(down),
+        np.array([[0.0, 0.0, height]]),
+        np.zeros(1, int),
+        np.full(1, np.inf),
+    )
     blocks = point_blocks([points], [0])
     return float(free_travel(goal, np.array([PANDA.stroke]), blocks, TABLE, PANDA)[0])
 

@@ -114,15 +114,18 @@ def test_blocks_hold_every_point_once_with_its_label():
     assert len(point_blocks([], []).label) == 0
 
 
-def test_contacts_of_solid_points():
+@pytest.mark.parametrize("reach", [np.inf, 0.02])
+def test_contacts_of_solid_points(reach):
     """Without measured points, the width is the extent of the points between the pads."""
     rotation, tip = _candidates(60)
+    pad, reaches = (0.0085, 0.018, 0.004), np.full(60, reach)
     points = RNG.uniform(-0.04, 0.04, (500, 3))
     normals = points / np.linalg.norm(points, axis=1, keepdims=True)
-    found = contacts(rotation, tip, points, normals, 0, 0.0085, 0.018, 0.004, 0.6, 3)
+    found = contacts(rotation, tip, reaches, points, normals, 0, pad, (0.6, 3))
     for i in range(60):
         local = (points - tip[i]) @ rotation[i]
         inside = (np.abs(local[:, 1]) <= 0.0085) & (local[:, 2] <= 0) & (local[:, 2] >= -0.018)
+        inside &= np.abs(local[:, 0]) <= reach
         x, z = local[inside, 0], local[inside, 2]
         cosine = (normals @ rotation[i])[inside, 0]
         if inside.sum() < 2:
@@ -144,14 +147,12 @@ def test_seen_sides_are_counted():
     found = contacts(
         np.eye(3)[None],
         np.zeros((1, 3)),
+        np.full(1, np.inf),
         np.concatenate([points, solid]),
         np.concatenate([normals, [[1.0, 0, 0], [-1.0, 0, 0]]]),
         6,
-        0.0085,
-        0.018,
-        0.004,
-        0.6,
-        3,
+        (0.0085, 0.018, 0.004),
+        (0.6, 3),
     )[0]
     assert found[4] == 1.0
     assert found[5] == 0.0

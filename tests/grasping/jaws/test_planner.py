@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from jaw_scenes import box, can, moved, scene_of
+from jaw_scenes import bowl, box, can, moved, scene_of
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.errors import InputError
@@ -53,6 +53,24 @@ def test_hand_stays_above_the_support_and_clear_of_the_object(size, name):
         for low, high in boxes:
             grid = np.stack(np.meshgrid(*np.linspace(low, high, 4).T), -1).reshape(-1, 3)
             assert not solid.contains(grasp.T_scene_tcp.apply(grid)).any()
+
+
+def test_wide_vessel_is_gripped_at_its_rim():
+    """One finger is in the opening: the hand opens less than the vessel is wide."""
+    wall, radius, height = 0.005, 0.07, 0.09
+    grasps = plan_grasps(scene_of(bowl(radius, height, wall)), PANDA)
+    grasp = grasps[0]
+    assert grasp.safe
+    assert grasp.object_width == pytest.approx(wall, abs=0.003)
+    assert np.linalg.norm(grasp.position[:2]) == pytest.approx(radius - wall / 2, abs=0.002)
+    assert height - 0.05 < grasp.position[2] < height - 0.008
+    radial = grasp.position[:2] / np.linalg.norm(grasp.position[:2])
+    assert abs(grasp.closing[:2] @ radial) > 0.99
+    assert grasp.approach[2] < -0.99
+
+
+def test_closed_solid_of_that_width_is_refused():
+    assert not plan_grasps(scene_of(can(0.07, 0.09)), PANDA)
 
 
 def test_list_is_sorted_and_covers_all_objects():
