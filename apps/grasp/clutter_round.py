@@ -35,8 +35,7 @@ from eyehand.data_synth.cell import (
     make_clutter,
 )
 from eyehand.data_synth.render import add_dex_noise, open_renderer
-from eyehand.data_synth.scenes import read_piece_objects
-from eyehand.errors import InputError
+from eyehand.data_synth.scenes import Split, read_piece_objects, select_half
 from eyehand.grasping import (
     CORRECTED_SCALE_ERROR,
     JawOptions,
@@ -55,8 +54,6 @@ if TYPE_CHECKING:
     from eyehand.perception import Scene
 
 Noise = Literal["none", "dex"]
-Split = Literal["all", "development", "held-out"]
-"""Objects of the folder: all, or every other one in the order of their names."""
 MAX_FAILURES = 2
 """Number of successive failures that ends a round."""
 FORCE = 20.0
@@ -200,11 +197,7 @@ def clutter_objects(folder: str, split: Split) -> tuple[PieceObject, ...]:
         If the folder cannot be read, or the half is empty.
     """
     found = read_piece_objects(folder)
-    first = {"all": 0, "development": 0, "held-out": 1}[split]
-    chosen = found[first :: 1 if split == "all" else 2]
-    if not chosen:
-        raise InputError(f"{folder} has {len(found)} objects, too few for two halves")
-    return chosen
+    return select_half(found, [item.name for item in found], split)
 
 
 _objects = cache(clutter_objects)

@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, get_args
 
 from eyehand.data_synth import read_ground_truth
-from eyehand.data_synth.scenes import MAX_OBJECTS, read_objects
+from eyehand.data_synth.scenes import MAX_OBJECTS
 from eyehand.errors import InputError
 
 from ..wording import counted
-from .mesh_scenes import mesh_scene
+from .mesh_scenes import ObjectSource, mesh_scene
 from .scenes import GraspFamily, grasp_scene
 
 if TYPE_CHECKING:
@@ -80,8 +80,9 @@ def _mesh_scene(family: GraspFamily, seed: int, folder: Path) -> DemoScene:
         raise InputError(
             f"--objects {folder}: neither a number nor a folder of meshes (.obj, .stl) or URDFs"
         )
-    count = min(len(read_objects(folder)), DEFAULT_OBJECTS)
-    drawn = mesh_scene(folder, family, seed, count)
+    objects = ObjectSource(str(folder))
+    count = min(len(objects.read()), DEFAULT_OBJECTS)
+    drawn = mesh_scene(objects, family, seed, count)
     source = f"{counted(len(drawn), 'object')} of {folder}, {family}, seed {seed}"
     return DemoScene(drawn, source, family, str(folder))
 

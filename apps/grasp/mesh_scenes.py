@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 import colorsys
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.data_synth.cell import GraspCell
-from eyehand.data_synth.scenes import MeshObject, read_objects
+from eyehand.data_synth.scenes import MeshObject, Split, read_objects, select_half
 from eyehand.errors import InputError
 
 from .scenes import PACKED_AREA, PACKED_GAP, WORK_AREA
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
-    from pathlib import Path
 
     from numpy.typing import NDArray
 
@@ -38,10 +38,33 @@ HUE_STEP = 0.618
 """Hue step between successive objects, the golden ratio. It keeps successive hues apart."""
 
 
+@dataclass(frozen=True)
+class ObjectSource:
+    """The objects that scenes are drawn from."""
+
+    folder: str
+    """Folder of meshes or URDFs."""
+    split: Split = "all"
+    """All of them, or one half by their names."""
+    density: float | None = None
+    """Density of all objects, kg/m³; None for the masses of the files."""
+
+    def read(self) -> tuple[FolderObject, ...]:
+        """Read the objects.
+
+        Raises
+        ------
+        InputError
+            As :func:`eyehand.data_synth.scenes.read_objects`, and if the half is empty.
+        """
+        found = read_objects(self.folder, self.density)
+        return select_half(found, [item.file.stem for item in found], self.split)
+
+
 def mesh_scene(
-    folder: Path | str, family: GraspFamily, seed: int, objects: int
+    source: ObjectSource, family: GraspFamily, seed: int, objects: int
 ) -> tuple[MeshObject, ...]:
-    """Draw objects from a folder and place them at random.
+    """Draw objects and place them at random.
 
     Each object stands as in its file, rotated about the vertical. The objects of a pile have random
     orientations and start above each other; they fall in the simulation.
@@ -51,18 +74,18 @@ def mesh_scene(
     InputError
         If the folder holds no objects, or if they do not fit on the table.
     """
-    return _draw_scene(read_objects(folder), family, seed, objects)
+    return _draw_scene(source.read(), family, seed, objects)
 
 
 def check_mesh_scenes(
-    folder: Path | str, scenes: Iterable[tuple[GraspFamily, int]], objects: int
+    source: ObjectSource, scenes: Iterable[tuple[GraspFamily, int]], objects: int
 ) -> None:
     """Check that all scenes of a run have room for their objects, by drawing them.
 
     Parameters
     ----------
-    folder
-        Folder of meshes or URDFs.
+    source
+        Where the objects come from.
     scenes
         Family and seed of each scene.
     objects
@@ -73,7 +96,7 @@ def check_mesh_scenes(
     InputError
         As in :func:`mesh_scene`. The message names the scene.
     """
-    known = read_objects(folder)
+    known = source.read()
     for family, seed in scenes:
         try:
             _draw_scene(known, family, seed, objects)
@@ -127,7 +150,9 @@ def _place_objects(
         colour = colorsys.hsv_to_rgb(number * HUE_STEP % 1.0, 0.55, 0.85)
         pose = RigidTransform.from_components([*middle, up], turn)
         name = f"{item.name}_{number + 1}"
-        items.append(MeshObject(name, item.vertices, item.faces, item.mass, colour, pose))
+        items.append(
+            MeshObject(name, item.vertices, item.faces, item.mass, colour, pose, item.pieces)
+        )
     return items
 
 

@@ -29,6 +29,7 @@ from .furnished_scene import (
 )
 from .mesh_object import MeshObject
 from .object_folder import FolderObject, read_objects
+from .object_split import Split, select_half
 from .piece_object import PieceObject, read_piece_objects
 from .reaching import MAX_BOXES, ReachingScene, make_reaching_scene, straight_path_is_blocked
 from .tabletop import make_scene
@@ -59,6 +60,7 @@ __all__ = [
     "PieceObject",
     "ReachingObstacle",
     "ReachingScene",
+    "Split",
     "Table",
     "TabletopObject",
     "TabletopOptions",
@@ -78,6 +80,7 @@ __all__ = [
     "read_labels",
     "read_objects",
     "read_piece_objects",
+    "select_half",
     "staged_solids",
     "straight_path_is_blocked",
     "write_scene",

@@ -128,7 +128,7 @@ def _draw_object(
         item = options.meshes[rng.integers(len(options.meshes))]
         name = f"{item.name}_{index + 1}"
         still = RigidTransform.identity()
-        return MeshObject(name, item.vertices, item.faces, item.mass, colour, still)
+        return MeshObject(name, item.vertices, item.faces, item.mass, colour, still, item.pieces)
     solids = TabletopOptions(width_range=setting.width_range, height_range=setting.height_range)
     shape = draw_shape(solids.kinds[rng.integers(len(solids.kinds))], solids, rng)
     mass = float(rng.uniform(*solids.density_range)) * solid_volume(shape)

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..mujoco_import import import_mujoco
-from .tabletop_spec import OBJECT_MATERIAL, set_contact
+from .convex_pieces import hull_volume
+from .tabletop_spec import OBJECT_MATERIAL, PHYSICS_GROUP, set_contact
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -22,7 +23,7 @@ and slower."""
 # Comparing arrays gives arrays, so two objects are equal only if they are identical.
 @dataclass(frozen=True, eq=False)
 class MeshObject:
-    """A rigid object. The camera sees its mesh; contacts use its convex hull."""
+    """A rigid object. The camera sees its mesh; contacts use its convex pieces, or its hull."""
 
     name: str
     """Name, unique in the scene."""
@@ -36,6 +37,9 @@ class MeshObject:
     """Red, green, blue, each in [0, 1]."""
     pose: RigidTransform
     """T_world_object."""
+    pieces: tuple[NDArray[np.float64], ...] = ()
+    """Vertices of each convex piece, (P, 3), m. Contacts and inertia use the pieces; if empty, they
+    use the hull of the mesh."""
 
     @property
     def centre(self) -> NDArray[np.float64]:
@@ -53,8 +57,16 @@ class MeshObject:
 
 
 def add_mesh_object(spec: Any, item: MeshObject, *, free: bool = True) -> None:
-    """Add an object as a body with its name to a scene's `MjSpec`, with a free joint or fixed."""
+    """Add an object as a body with its name to a scene's `MjSpec`, with a free joint or fixed.
+
+    The inertia is that of the pieces, or of the hull, with a uniform density.
+    """
     mujoco = import_mujoco()
+    body = spec.worldbody.add_body(name=item.name, pos=item.centre)
+    body.quat = item.pose.rotation.as_quat(scalar_first=True)
+    if free:
+        body.add_freejoint()
+    solids = item.pieces if len(item.pieces) > 1 else ()
     mesh = spec.add_mesh(
         name=item.name,
         uservert=np.asarray(item.vertices, dtype=np.float64).ravel(),
@@ -63,10 +75,19 @@ def add_mesh_object(spec: Any, item: MeshObject, *, free: bool = True) -> None:
     # Scanned meshes have holes; their hull always has a volume.
     mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX
     mesh.maxhullvert = HULL_VERTICES
-    body = spec.worldbody.add_body(name=item.name, pos=item.centre)
-    body.quat = item.pose.rotation.as_quat(scalar_first=True)
-    if free:
-        body.add_freejoint()
-    geom = body.add_geom(name=item.name, type=mujoco.mjtGeom.mjGEOM_MESH, mass=item.mass)
+    geom = body.add_geom(name=item.name, type=mujoco.mjtGeom.mjGEOM_MESH)
     geom.meshname, geom.material, geom.rgba = item.name, OBJECT_MATERIAL, [*item.colour, 1.0]
-    set_contact(geom)
+    if not solids:
+        geom.mass = item.mass
+        set_contact(geom)
+        return
+    geom.mass, geom.contype, geom.conaffinity = 0.0, 0, 0
+    volumes = np.array([hull_volume(piece) for piece in solids])
+    for number, (piece, share) in enumerate(zip(solids, volumes / volumes.sum(), strict=True)):
+        label = f"{item.name}_piece_{number}"
+        shape = spec.add_mesh(name=label, uservert=piece.ravel())
+        shape.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX
+        shape.maxhullvert = HULL_VERTICES
+        part = body.add_geom(name=label, type=mujoco.mjtGeom.mjGEOM_MESH, group=PHYSICS_GROUP)
+        part.meshname, part.mass = label, item.mass * float(share)
+        set_contact(part)

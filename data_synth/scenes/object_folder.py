@@ -13,6 +13,8 @@ from scipy.spatial.transform import Rotation
 from eyehand.errors import InputError
 from eyehand.perception.io import read_mesh
 
+from .convex_pieces import convex_pieces, hull_volume
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -35,8 +37,8 @@ MIN_MASS_KG, MAX_MASS_KG = 1e-3, 20.0
 class FolderObject:
     """One rigid object from a file.
 
-    Its frame has the axes of the file. Its origin is the centre of mass of the convex hull, because
-    the physics uses that hull. The camera sees the mesh itself.
+    Its frame has the axes of the file. Its origin is the centre of mass of the convex hull. The
+    camera sees the mesh itself. Contacts use its convex pieces, or the hull of the mesh.
     """
 
     name: str
@@ -49,21 +51,26 @@ class FolderObject:
     """Mass, kg."""
     file: Path
     """Source file."""
+    pieces: tuple[NDArray[np.float64], ...] = ()
+    """Vertices of each convex piece of the collision mesh, (P, 3), m. Empty if the mesh does not
+    consist of convex solids."""
 
 
-def read_objects(folder: Path | str, density: float = DENSITY) -> tuple[FolderObject, ...]:
+def read_objects(folder: Path | str, density: float | None = None) -> tuple[FolderObject, ...]:
     """Read all objects of a folder and its subfolders, in the order of their paths.
 
     If there are URDF files, each is an object with one rigid link, and mesh files are read only
     through them. Otherwise each mesh file is an object. The mass is that of the URDF, or density
-    times volume. The volume is that of the mesh if it is closed, otherwise that of its convex hull.
+    times volume. The volume is that of the convex pieces, or of the mesh if it is closed, otherwise
+    that of its convex hull.
 
     Parameters
     ----------
     folder
         Folder with .urdf, .obj or .stl files, lengths in m.
     density
-        Mass over volume of objects without a mass, kg/m³, > 0.
+        Mass over volume of all objects, kg/m³, > 0. None uses the mass of the file, and `DENSITY`
+        for objects without one. Files of scaled meshes often keep the mass of the original size.
 
     Raises
     ------
@@ -72,7 +79,7 @@ def read_objects(folder: Path | str, density: float = DENSITY) -> tuple[FolderOb
         or has a size or mass outside the limits. The message names the file.
     """
     folder = Path(folder)
-    if not 0 < density < np.inf:
+    if density is not None and not 0 < density < np.inf:
         raise InputError(f"density must be > 0 kg/m³, got {density}")
     if not folder.is_dir():
         raise InputError(f"there is no folder {folder}; give a folder of mesh or URDF files")
@@ -94,7 +101,7 @@ def read_objects(folder: Path | str, density: float = DENSITY) -> tuple[FolderOb
 
 
 def _checked(
-    name: str, file: Path, surface: Any, mass: float | None, density: float
+    name: str, file: Path, surface: Any, mass: float | None, density: float | None
 ) -> FolderObject:
     """Check a trimesh surface and move its origin to the hull's centre of mass."""
     vertices = np.asarray(surface.vertices, dtype=np.float64)
@@ -119,14 +126,19 @@ def _checked(
         hull = surface.convex_hull
     except Exception as error:  # Qhull raises its own errors for flat, tilted meshes.
         raise InputError(f"{file} has no volume, expected a solid") from error
+    pieces = convex_pieces(vertices, faces)
     volume = float(surface.volume) if surface.is_volume else float(hull.volume)
-    if mass is None:
-        mass = density * volume
+    if len(pieces) > 1:
+        volume = sum(map(hull_volume, pieces))
+    if mass is None or density is not None:
+        mass = (density or DENSITY) * volume
     if not MIN_MASS_KG <= mass <= MAX_MASS_KG:
         raise InputError(
             f"{file} has a mass of {mass:g} kg, expected {MIN_MASS_KG:g} to {MAX_MASS_KG:g} kg"
         )
-    return FolderObject(name, vertices - hull.center_mass, faces, float(mass), file)
+    centre = hull.center_mass
+    moved = tuple(piece - centre for piece in pieces)
+    return FolderObject(name, vertices - centre, faces, float(mass), file, moved)
 
 
 def _read_mesh(path: Path) -> Any:

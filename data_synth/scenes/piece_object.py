@@ -8,20 +8,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from eyehand.errors import InputError
 from eyehand.perception.io import read_mesh
 
 from ..mujoco_import import import_mujoco
+from .convex_pieces import connected_parts
 from .object_folder import URDF_SUFFIX, read_objects
+from .tabletop_spec import PHYSICS_GROUP
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-PHYSICS_GROUP = 3
-"""Geom group of the pieces. The camera sees groups 0 to 2."""
 PIECE_VERTICES = 64
 """Maximum number of vertices of a piece's hull. The files have at most 64."""
 
@@ -79,7 +77,12 @@ def read_piece_objects(folder: Path | str) -> tuple[PieceObject, ...]:
         assert surface is not None
         assert solid is not None
         found.append(
-            PieceObject(item.file.stem, *surface, _connected_parts(*solid), float(item.mass))
+            PieceObject(
+                item.file.stem,
+                *surface,
+                tuple(solid[0][np.unique(part)] for part in connected_parts(*solid)),
+                float(item.mass),
+            )
         )
     return tuple(sorted(found, key=lambda item: item.name))
 
@@ -147,13 +150,3 @@ def _surface(file: Path, kind: str) -> tuple[NDArray[np.float64], NDArray[np.int
     if scale.shape != (3,):
         raise InputError(f"{file}: mesh scale must be 3 numbers, got {mesh.get('scale')!r}")
     return vertices * scale, faces
-
-
-def _connected_parts(
-    vertices: NDArray[np.float64], faces: NDArray[np.int64]
-) -> tuple[NDArray[np.float64], ...]:
-    """Split a mesh into its connected parts, and return the vertices of each."""
-    edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]]])
-    graph = coo_array((np.ones(len(edges)), edges.T), shape=(len(vertices),) * 2)
-    _, part = connected_components(graph, directed=False)
-    return tuple(vertices[part == number] for number in np.unique(part[faces[:, 0]]))

@@ -26,6 +26,7 @@ from .run_inputs import (
     checked_machines,
     checked_scenes,
     trial_extras,
+    with_objects,
 )
 from .stored_run import RunPlan, exit_code, flat_rows, print_run_json, run_plan
 from .summary_table import grasp_table
@@ -63,6 +64,7 @@ def evaluate_grasp(
     noise: Annotated[list[Literal["none", "dex"]] | None, Repeated] = None,
     known_table: bool = False,
     split: Literal["all", "development", "held-out"] = "all",
+    density: float | None = None,
 ) -> int:
     """Clear simulated tables of unknown objects and measure the success rate.
 
@@ -124,7 +126,10 @@ def evaluate_grasp(
     known_table
         Correct scale and tilt of the protocol's image from the known height of the table.
     split
-        Objects of the protocol: all, or one half by their names.
+        Objects of the folder: all, or one half by their names. Settings are chosen on the
+        development half.
+    density
+        Density of all objects of the folder, kg/m³; default: the masses of their files.
     """
     if protocol == "clutter-removal":
         return _run_protocol(
@@ -153,6 +158,7 @@ def evaluate_grasp(
         conditions = requested_conditions(
             family or FAMILIES, friction or [1.0], shake or [0.0], dials, camera=camera, known=known
         )
+    conditions = with_objects(conditions, objects, split, density)
     check_objects_fit(objects, conditions, seeds, count)
     plan = RunPlan.of(conditions, seeds, count, extras, out, OUT)
     done = run_plan(plan, machines, run_grasp_trial, fresh=fresh)

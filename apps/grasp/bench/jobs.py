@@ -23,6 +23,8 @@ from eyehand.errors import DeviceError
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
+    from eyehand.data_synth.scenes import Split
+
 Family = Literal["single", "packed", "pile"]
 """Arrangement of the objects: a single one, several upright ones, several dropped ones."""
 RunTrial = Callable[[dict[str, Any]], dict[str, Any]]
@@ -53,6 +55,10 @@ class Condition:
     """Name of the perception dial."""
     control: str = "default"
     """Name of the control dial."""
+    split: Split = "all"
+    """Half of the objects of a folder that are drawn: all, development, held-out."""
+    density: float = 0.0
+    """Density of the objects of a folder, kg/m³; 0 for the masses of their files."""
 
     @property
     def name(self) -> str:
@@ -62,6 +68,8 @@ class Condition:
         words += [f"shake {self.shake:g} s"] if self.shake else []
         words += [f"{self.perception} perception"] if self.perception != "default" else []
         words += [f"{self.control} control"] if self.control != "default" else []
+        words += [f"{self.split} objects"] if self.split != "all" else []
+        words += [f"{self.density:g} kg/m³"] if self.density else []
         return ", ".join(words)
 
 

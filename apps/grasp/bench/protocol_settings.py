@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Literal
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from eyehand.data_synth.scenes import Split
+
 QUICK_ROUNDS = 1
 """Maximum number of rounds of a quick run."""
 
@@ -30,7 +32,7 @@ class ProtocolSettings:
     """Name or file of the hand."""
     known_table: bool = False
     """Whether the depth is corrected from the known height of the table."""
-    split: Literal["all", "development", "held-out"] = "all"
+    split: Split = "all"
     """Which half of the objects is used."""
     jobs: int | None = None
     """Number of processes; None for the number of cores."""

@@ -42,6 +42,8 @@ TRIAL_COLUMNS = {
     "perception": _TEXT,
     "control": _TEXT,
     "objects_dir": _TEXT,
+    "split": _TEXT,
+    "density": _NUMBER,
     "robot": _TEXT,
     "hand_frame": _TEXT,
     "arm": _TEXT,

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -22,6 +22,8 @@ from .robot_digest import robot_digest
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
+    from eyehand.data_synth.scenes import Split
+
     from .jobs import Condition, Family
 
 MAX_OBJECTS = 15
@@ -32,6 +34,8 @@ DIGEST_LENGTH = 8
 """Length of the digest in the name of a default output folder."""
 JOBS_PER_CORE = 4
 """Maximum processes per core. More only take memory."""
+MAX_DENSITY = 2e4
+"""Maximum of --density, kg/m³: that of gold. More is a typing error."""
 QUICK_SCENES, QUICK_OBJECTS = 2, 2
 """Maximum scenes and objects of a quick run."""
 
@@ -121,6 +125,23 @@ def trial_extras(
     }
 
 
+def with_objects(
+    conditions: Sequence[Condition], objects: Path | None, split: Split, density: float | None
+) -> list[Condition]:
+    """Return the conditions with the half and the density of the objects of a folder.
+
+    Raises
+    ------
+    InputError
+        If the density is not positive, or one of them is given without a folder.
+    """
+    if objects is None and (split != "all" or density is not None):
+        raise InputError("--split and --density need --objects FOLDER")
+    if density is not None and not 0.0 < density < MAX_DENSITY:
+        raise InputError(f"--density must lie in (0, {MAX_DENSITY:g}) kg/m³, got {density}")
+    return [replace(one, split=split, density=density or 0.0) for one in conditions]
+
+
 def check_objects_fit(
     objects: Path | None, conditions: Sequence[Condition], seeds: Sequence[int], count: int
 ) -> None:
@@ -133,10 +154,11 @@ def check_objects_fit(
     """
     if objects is None:
         return
-    from ..mesh_scenes import check_mesh_scenes
+    from ..mesh_scenes import ObjectSource, check_mesh_scenes
 
     families: dict[Family, None] = dict.fromkeys(condition.family for condition in conditions)
-    check_mesh_scenes(objects, [(family, seed) for family in families for seed in seeds], count)
+    source = ObjectSource(str(objects), conditions[0].split, conditions[0].density or None)
+    check_mesh_scenes(source, [(family, seed) for family in families for seed in seeds], count)
 
 
 def run_options(

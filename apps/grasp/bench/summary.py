@@ -31,6 +31,8 @@ DEMO_CONDITIONS = {
     "shake": 0.0,
     "perception": "default",
     "control": "default",
+    "split": "all",
+    "density": 0.0,
 }
 """Conditions of the demo. A command names only the values that differ."""
 FILES = {

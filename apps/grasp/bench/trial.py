@@ -23,7 +23,7 @@ from eyehand.grasping import (
 from eyehand.perception import perceive
 
 from ..ground_truth_scene import ground_truth_scene
-from ..mesh_scenes import mesh_scene
+from ..mesh_scenes import ObjectSource, mesh_scene
 from ..scenes import GraspFamily, grasp_scene
 from ..true_solids import distances, true_solids
 from .dials import DEFAULT, control_dial, perception_dial
@@ -32,7 +32,7 @@ from .unattempted import UnattemptedObject, unattempted_objects
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Sequence
 
-    from eyehand.data_synth.scenes import MeshObject, TabletopObject
+    from eyehand.data_synth.scenes import MeshObject, Split, TabletopObject
     from eyehand.grasping import ClearReport, PickOptions, PickReport, SelectedGrasp
     from eyehand.perception import DepthFrame, PerceiveOptions, Scene
 
@@ -68,6 +68,10 @@ class GraspTrial:
     """Name of the control dial."""
     objects_dir: str = ""
     """Folder of meshes or URDFs to draw objects from. If empty, solids are drawn."""
+    split: Split = "all"
+    """Half of that folder's objects that are drawn, by their names."""
+    density: float = 0.0
+    """Density of the objects of that folder, kg/m³; 0 for the masses of their files."""
     robot: str = ""
     """MJCF file of another robot. If empty, the default robot is used."""
     hand_frame: str = ""
@@ -174,7 +178,8 @@ def make_cell(
         If a dial, a folder or a robot of the trial is invalid.
     """
     if trial.objects_dir:
-        items = mesh_scene(trial.objects_dir, trial.family, trial.seed, trial.objects)
+        source = ObjectSource(trial.objects_dir, trial.split, trial.density or None)
+        items = mesh_scene(source, trial.family, trial.seed, trial.objects)
     else:
         items = grasp_scene(trial.family, trial.seed, trial.objects).objects
     return trial_cell(items, trial, on_cycle)
@@ -284,7 +289,8 @@ class Scorer:
                 rows=plan.rows,
                 outcome=report.outcome,
                 reason=report.reason,
-                success=bool(report) and self._robot.is_in_tray(self._target),
+                # Without a target, every object was in the tray already: nothing was picked.
+                success=bool(report and self._target) and self._robot.is_in_tray(self._target),
                 perceive_ms=report.perceive_ms,
                 plan_ms=report.plan_ms,
                 seconds=report.seconds,

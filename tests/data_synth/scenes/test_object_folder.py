@@ -148,3 +148,31 @@ def test_duplicate_object_names_raise(tmp_path):
         write_box(tmp_path / name, (0.05, 0.05, 0.05))
     with pytest.raises(InputError, match="another file has the same object name, box"):
         read_objects(tmp_path)
+
+
+def test_density_replaces_the_mass_of_the_file(tmp_path):
+    write_box(tmp_path / "part.obj", (0.05, 0.06, 0.1))
+    write_urdf(
+        tmp_path / "carton.urdf",
+        "<inertial><mass value='0.3'/></inertial><collision>"
+        "<geometry><mesh filename='part.obj'/></geometry></collision>",
+    )
+    assert read_objects(tmp_path)[0].mass == 0.3
+    assert read_objects(tmp_path, 500.0)[0].mass == pytest.approx(500.0 * 0.05 * 0.06 * 0.1)
+
+
+def test_convex_parts_are_kept_as_pieces(tmp_path):
+    write_urdf(
+        tmp_path / "tongs.urdf",
+        "<visual><geometry><box size='.02 .1 .02'/></geometry></visual>"
+        "<visual><origin xyz='0.06 0 0'/><geometry><box size='.02 .1 .02'/></geometry></visual>",
+    )
+    (tongs,) = read_objects(tmp_path, 500.0)
+    assert [len(piece) for piece in tongs.pieces] == [8, 8]
+    assert np.ptp(np.concatenate(tongs.pieces), axis=0) == pytest.approx([0.08, 0.1, 0.02])
+    assert tongs.mass == pytest.approx(500.0 * 2 * 0.02 * 0.1 * 0.02)
+
+
+def test_open_surface_has_no_pieces(tmp_path):
+    write_box(tmp_path / "open.obj", (0.05, 0.05, 0.05), TRIANGLES[2:])
+    assert read_objects(tmp_path)[0].pieces == ()

@@ -10,7 +10,7 @@ import pytest
 from eyehand.apps.grasp import true_solids
 from eyehand.apps.grasp.bench.stress_objects import object_on_table
 from eyehand.apps.grasp.bench.trial import GraspTrial, Scorer, run_trial, trial_cell
-from eyehand.apps.grasp.mesh_scenes import check_mesh_scenes, mesh_scene
+from eyehand.apps.grasp.mesh_scenes import ObjectSource, check_mesh_scenes, mesh_scene
 from eyehand.apps.grasp.scenes import grasp_scene
 from eyehand.data_synth.cell import GraspCell
 from eyehand.errors import InputError
@@ -56,14 +56,14 @@ def test_mesh_from_folder_is_picked(tmp_path):
 def test_packed_meshes_are_apart_and_pile_starts_in_air(tmp_path):
     write_box(tmp_path / "a.obj", (0.02, 0.025, 0.035))
     write_box(tmp_path / "b.obj", (0.03, 0.03, 0.03))
-    items = mesh_scene(tmp_path, "packed", 3, 5)
+    items = mesh_scene(ObjectSource(str(tmp_path)), "packed", 3, 5)
     assert len({item.name for item in items}) == 5
     for one in items:
         assert (one.pose.apply(one.vertices)[:, 2] >= 0).all()
         for other in items:
             if other is not one:
                 assert np.linalg.norm(one.centre[:2] - other.centre[:2]) > 0.05
-    pile = mesh_scene(tmp_path, "pile", 3, 4)
+    pile = mesh_scene(ObjectSource(str(tmp_path)), "pile", 3, 4)
     heights = [item.pose.apply(item.vertices)[:, 2] for item in pile]
     for below, above in itertools.pairwise(heights):
         assert above.min() > below.max()
@@ -72,16 +72,16 @@ def test_packed_meshes_are_apart_and_pile_starts_in_air(tmp_path):
 def test_too_many_meshes_are_refused_with_possible_number(tmp_path):
     write_box(tmp_path / "crate.obj", (0.10, 0.10, 0.1))
     with pytest.raises(InputError, match=r"9 objects do not fit .* request at most [1-8] objects"):
-        mesh_scene(tmp_path, "packed", 0, 9)
+        mesh_scene(ObjectSource(str(tmp_path)), "packed", 0, 9)
     with pytest.raises(InputError, match="packed scene, seed 5: 9 objects do not fit"):
-        check_mesh_scenes(tmp_path, [("single", 5), ("packed", 5)], 9)
-    check_mesh_scenes(tmp_path, [("single", 5), ("packed", 5)], 1)
+        check_mesh_scenes(ObjectSource(str(tmp_path)), [("single", 5), ("packed", 5)], 9)
+    check_mesh_scenes(ObjectSource(str(tmp_path)), [("single", 5), ("packed", 5)], 1)
 
 
 def test_pile_too_wide_for_table_is_refused(tmp_path):
     write_box(tmp_path / "panel.obj", (0.29, 0.29, 0.02))
     with pytest.raises(InputError, match="too wide for the table beside the tray"):
-        mesh_scene(tmp_path, "pile", 0, 2)
+        mesh_scene(ObjectSource(str(tmp_path)), "pile", 0, 2)
 
 
 def test_large_meshes_are_clear_of_tray(tmp_path):
@@ -89,7 +89,7 @@ def test_large_meshes_are_clear_of_tray(tmp_path):
         write_box(tmp_path / f"carton{number}.obj", half)
     cell = GraspCell()
     for seed in range(40):
-        for item in mesh_scene(tmp_path, "packed", seed, 5):
+        for item in mesh_scene(ObjectSource(str(tmp_path)), "packed", seed, 5):
             cell.check_clear(item.name, item.centre, item.radius)
 
 
@@ -129,7 +129,7 @@ def test_scorer_finds_object_beside_close_wall():
 
 def test_scorer_uses_vertices_without_fitted_solid(tmp_path, monkeypatch):
     write_box(tmp_path / "thing.obj", (0.02, 0.025, 0.035))
-    items = mesh_scene(tmp_path, "packed", 1, 2)
+    items = mesh_scene(ObjectSource(str(tmp_path)), "packed", 1, 2)
     none = SimpleNamespace(superquadric=None, reason="no solid")
     monkeypatch.setattr(true_solids, "fit_superquadric", lambda points, options: none)
     cell, robot = trial_cell(items, GraspTrial())
