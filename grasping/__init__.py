@@ -28,7 +28,8 @@ if TYPE_CHECKING:
     from .cell import Cell, CycleInfo
     from .clearing import ClearOptions, clear_table, observe
     from .depth_correction import CORRECTED_SCALE_ERROR, DepthCorrection, correct_depth
-    from .grasp_selection import FailedGrasps, select_grasp
+    from .failed_grasps import FailedGrasps
+    from .grasp_selection import select_grasp
     from .jaws import Grasp, GraspList, JawOptions, plan_grasps
     from .joined_robot import JoinedRobot
     from .motion import execute
@@ -98,7 +99,7 @@ _LAZY = {
     "Cell": "cell",
     "ClearOptions": "clearing",
     "CycleInfo": "cell",
-    "FailedGrasps": "grasp_selection",
+    "FailedGrasps": "failed_grasps",
     "PickOptions": "pick_options",
     "SelectedGrasp": "pick_state",
     "Tray": "tray",

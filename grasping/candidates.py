@@ -136,7 +136,7 @@ def low_clearance_candidates(
                 if found.evaluation.refusal:
                     continue
                 terms = {**found.evaluation.terms, "variant": VARIANT_WEIGHT * weight}
-                yield replace(found, evaluation=GraspEvaluation("", terms))
+                yield replace(found, evaluation=replace(found.evaluation, terms=terms))
 
 
 def _too_wide_for_pincer(geometry: GraspGeometry) -> bool:
@@ -164,7 +164,7 @@ def _candidate(
     evaluation = evaluate_grasp(prototype, geometry, placement, context, wide_pincer=wide_pincer)
     if extra_opening < CLEARANCE:
         terms = {**evaluation.terms, "opening": TIGHT_WEIGHT}
-        evaluation = GraspEvaluation(evaluation.refusal, terms)
+        evaluation = replace(evaluation, terms=terms)
     return GraspCandidate(prototype, geometry, opening, placement, evaluation, depth)
 
 
@@ -224,7 +224,7 @@ def _with_clearance(
     return replace(
         found,
         geometry=geometry,
-        evaluation=GraspEvaluation(refusal, terms),
+        evaluation=replace(found.evaluation, refusal=refusal, terms=terms),
         pushed_label=label if gap < FINGER_GAP else 0,
     )
 

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from .report import Phase
     from .robot import Robot, RobotReading
     from .tray import Tray
+    from .tray_plan import TrayItem
 
 
 @dataclass(frozen=True)
@@ -76,8 +77,8 @@ class Cell:
         """Commands and senses of the hand."""
         self.reading: RobotReading = self.robot.read()
         """State of the robot after the last cycle."""
-        self.layer_tops: list[float] = []
-        """Height of the objects of each layer in the tray, above its floor, m."""
+        self.tray_content: list[TrayItem] = []
+        """What was put into the tray."""
         self.scene: Scene | None = None
         """Last perceived scene."""
         self.plan: GraspPlan | None = None
@@ -118,7 +119,7 @@ class Cell:
 
         It is measured from the tray's floor.
         """
-        return max([self.tray.wall_height, *self.layer_tops])
+        return max([self.tray.wall_height, *(item.top for item in self.tray_content)])
 
     def begin(self) -> None:
         """Start new records."""

@@ -10,8 +10,9 @@ from eyehand.control import CollisionWorld, PlannedApproach
 from eyehand.control.tasks import Posture
 from eyehand.errors import DeviceError, InputError
 
+from .failed_grasps import FailedGrasps
 from .frame_fusion import fuse_frames
-from .grasp_selection import FailedGrasps, GraspSelection, grasp_key, select_grasp
+from .grasp_selection import GraspSelection, select_grasp
 from .motion import execute, unexpected_contact
 from .obstacles import scene_obstacles
 from .pick import pick
@@ -121,9 +122,8 @@ class _Clearing:
 
     def add_failed_grasp(self) -> None:
         assert self.grasp is not None, "a pick has a grasp"
-        place = self.grasp.target.points.mean(axis=0)
-        slipped = self.picks[-1].outcome in ("slipped", "lost")
-        self.failed.add(place, grasp_key(self.grasp.plan), slipped=slipped)
+        grasp, slipped = self.grasp, self.picks[-1].outcome in ("slipped", "lost")
+        self.failed.add(grasp.scene, grasp.target, grasp.plan, slipped=slipped)
 
     def move_home(self) -> None:
         assert self.scene is not None, "the arm moves after a valid observation"
@@ -192,7 +192,7 @@ def _pick(run: _Clearing) -> Step:
     if run.on_pick is not None:
         run.on_pick(grasp, None)
     run.perceive_ms = run.plan_ms = 0.0
-    report = pick(run.cell, grasp, sum(map(bool, run.picks)))
+    report = pick(run.cell, grasp)
     run.picks.append(report)
     if not report:
         run.add_failed_grasp()

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from .fit_uncertainty import MAX_STD
+from .pad_contacts import touching_fingers
 from .prototypes import (
     CROWDED_PINCER_LENGTH,
     CROWDED_PINCER_WIDTH,
@@ -31,6 +32,8 @@ from .prototypes import (
 )
 
 if TYPE_CHECKING:
+    from eyehand.perception import Superquadric
+
     from .grasp_geometry import GraspGeometry
     from .hand_clearance import NeighbourPoints
     from .hands import HandModel
@@ -59,6 +62,15 @@ the weight of the latter."""
 PALM_DISTANCE_RANGE, NO_PALM_WEIGHT = (0.010, 0.040), 0.85
 """Palm distances up to which a power grasp encloses the object and from which on only the fingers
 hold it, m, and the weight of the latter."""
+MAX_PALM_GAP = 0.020
+"""Maximum distance of the palm from a flat-sided object in a power grasp from the top, m. The outer
+joints draw an object by 9 mm, and the palm search by at most 12 mm. Beyond that, the palm never
+touches the object, and tightening fingers let go of its vertical sides."""
+FLAT_SIDED = ("box", "superquadric")
+"""Kinds whose sides may be vertical planes. Around other kinds, the row of fingers closes."""
+MIN_POWER_FINGERS = 2
+"""Minimum number of fingers that touch the object in a power grasp. All of them pull: those that
+pass beside a thin object turn it out of the hand."""
 GOOD_HOLD, SHALLOW_WEIGHT = 0.015, 0.6
 """Overlap of fingertips and object above which more has no effect, m, and the weight of none."""
 UNCERTAIN_WEIGHT = 0.7
@@ -78,6 +90,8 @@ class GraspContext(NamedTuple):
 
     hand: HandModel
     """The hand."""
+    solid: Superquadric
+    """The object's solid."""
     neighbours: NeighbourPoints
     """Surface points of the neighbours."""
     mass: float
@@ -98,6 +112,8 @@ class GraspEvaluation:
     """Reason why the grasp is impossible; empty if it is possible."""
     terms: dict[str, float]
     """Score terms, each in [0, 1]."""
+    fingers: int = 0
+    """Number of fingers without the thumb that touch the object; 0 for a refusal."""
 
     @property
     def total(self) -> float:
@@ -130,6 +146,13 @@ def evaluate_grasp(
     size = evaluate[prototype](geometry, context.mass)
     refusal = size.refusal or _too_wide(geometry, context.hand)
     refusal = refusal or _misses(geometry, placement, context.hand)
+    fingers = 0
+    if not refusal:
+        touching = touching_fingers(context.solid, prototype, geometry, placement, context.hand)
+        fingers = int(touching.sum())
+        refusal = _too_few(prototype, fingers, len(touching))
+    if prototype == "power" and geometry.approach == "top" and geometry.kind in FLAT_SIDED:
+        refusal = refusal or _palm_misses(placement.standoff - geometry.half_depth)
     terms = {
         **size.terms,
         "purpose": PURPOSE_PREFERENCE[context.purpose][prototype],
@@ -147,7 +170,7 @@ def evaluate_grasp(
     elif geometry.approach == "top":
         missing = GOOD_HOLD - _hold(geometry, placement, context.hand)
         terms["hold"] = _interpolate(missing, (0.0, GOOD_HOLD), SHALLOW_WEIGHT)
-    return GraspEvaluation(refusal, terms)
+    return GraspEvaluation(refusal, terms, fingers)
 
 
 def clearance_term(gap: float) -> float:
@@ -232,6 +255,20 @@ def _misses(geometry: GraspGeometry, placement: PalmPlacement, hand: HandModel) 
             f"the fingertips would hold {max(hold, 0.0) * 1e3:.0f} mm of the object above the table"
         )
     return ""
+
+
+def _too_few(prototype: Prototype, fingers: int, count: int) -> str:
+    """Return the reason why too few of `count` fingers touch the object; empty if enough do."""
+    wanted = min(MIN_POWER_FINGERS, count) if prototype == "power" else 1
+    if fingers >= wanted:
+        return ""
+    return f"{fingers} of {count} fingers would touch the object, at least {wanted} must"
+
+
+def _palm_misses(gap: float) -> str:
+    if gap <= MAX_PALM_GAP:
+        return ""
+    return f"the palm would stay {gap * 1e3:.0f} mm above the object"
 
 
 def _hold(geometry: GraspGeometry, placement: PalmPlacement, hand: HandModel) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,7 +14,6 @@ from .jaw_plan import jaw_plans
 from .jaws import plan_grasps
 from .motion import TURN_SPEED, with_speed
 from .pick_state import TARGET, TRANSIT_SPEED, PickState, SelectedGrasp
-from .pick_verification import SAME_OBJECT_DISTANCE
 from .planning import plan_prototypes
 from .reachable import is_reachable
 from .report import UNREACHABLE
@@ -22,12 +21,11 @@ from .report import UNREACHABLE
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from numpy.typing import NDArray
-
     from eyehand.control import CollisionWorld
     from eyehand.perception import Scene, SceneObject
 
     from .cell import Cell
+    from .failed_grasps import FailedGrasps
     from .hands import HandModel
     from .plan import GraspPlan
     from .planning import GraspOptions
@@ -39,57 +37,11 @@ if TYPE_CHECKING:
 LOADED_WEIGHT = 0.3
 """Weight of the score of an object that another one rests on. Upper objects go first, but two
 objects that rest on each other must both stay possible."""
-FALL_DISTANCE = 0.08
-"""Distance from its place within which an object that slipped out of the hand lies, m."""
 REPEATED_WEIGHT = 0.4
 """Weight of the score of a grasp whose kind already failed on the object. Other kinds go first."""
 WARNED_WEIGHT = {"cut_by_image": 0.3, "may_be_several": 0.5}
 """Weight of the score of an object with a warning of this kind. Its solid may be wrong, so that
 objects without a warning go first. A later image may show it better."""
-
-
-@dataclass
-class FailedGrasps:
-    """Memory of the failed grasps at each place."""
-
-    places: list[NDArray[np.float64]] = field(default_factory=list)
-    """Places of objects that a pick failed on, each (3,), m."""
-    keys: list[set[str]] = field(default_factory=list)
-    """Keys of the failed grasps at each place, as `grasp_key` returns them."""
-    heavy: list[bool] = field(default_factory=list)
-    """Whether an object slipped out of the lifted hand at each place."""
-
-    def at(self, place: NDArray[np.float64]) -> set[str]:
-        """Return the keys of the grasps that failed at a place (3,), m."""
-        index = self._find(place)
-        return self.keys[index] if index is not None else set()
-
-    def is_heavy(self, place: NDArray[np.float64]) -> bool:
-        """Return whether an object slipped out of the lifted hand near a place (3,), m."""
-        near = [
-            float(np.linalg.norm(place - other)) < FALL_DISTANCE
-            for other, heavy in zip(self.places, self.heavy, strict=True)
-            if heavy
-        ]
-        return any(near)
-
-    def add(self, place: NDArray[np.float64], key: str, *, slipped: bool = False) -> None:
-        """Add a failed grasp at a place (3,), m."""
-        index = self._find(place)
-        if index is None:
-            self.places.append(place)
-            self.keys.append({key})
-            self.heavy.append(slipped)
-        else:
-            self.places[index] = place
-            self.keys[index].add(key)
-            self.heavy[index] = self.heavy[index] or slipped
-
-    def _find(self, place: NDArray[np.float64]) -> int | None:
-        distances = [float(np.linalg.norm(place - other)) for other in self.places]
-        if not distances or min(distances) >= SAME_OBJECT_DISTANCE:
-            return None
-        return int(np.argmin(distances))
 
 
 @dataclass(frozen=True)
@@ -134,11 +86,10 @@ def select_grasp(
     cell.enter("select")
     warned = _warned_weights(scene)
     skipped: dict[int, str] = {}
-    tried: dict[int, set[str]] = {}
-    for item in scene.objects:
-        keys = tried[item.label] = failed.at(item.points.mean(axis=0))
-        if len(keys) >= cell.options.max_attempts:
-            skipped[item.label] = f"skipped after {len(keys)} attempts"
+    tried = failed.recognise(scene)
+    for label, entry in tried.items():
+        if len(entry.grasps) >= cell.options.max_attempts:
+            skipped[label] = f"skipped after {len(entry.grasps)} attempts"
     open_items = [item for item in scene.objects if item.label not in skipped]
     hand = cell.robot.hand
     if isinstance(hand, ParallelHand):
@@ -147,20 +98,21 @@ def select_grasp(
         planned = _finger_candidates(hand, scene, open_items, options, skipped)
     candidates: Candidates = []
     for score, item, plan in planned:
-        keys = tried[item.label]
-        if grasp_key(plan) in keys:
+        entry = tried.get(item.label)
+        if entry is not None and entry.repeats(plan, item):
             continue
-        repeated = plan.name in {key.split(" facing")[0] for key in keys}
+        repeated = entry is not None and plan.name in {grasp.name for grasp in entry.grasps}
         weight = warned.get(item.label, 1.0) * (REPEATED_WEIGHT if repeated else 1.0)
         candidates.append((weight * score, item, plan))
-    candidates.sort(key=lambda candidate: -candidate[0])
+    # Objects without a failure go first: their grasp may free the others.
+    candidates.sort(key=lambda candidate: (candidate[1].label in tried, -candidate[0]))
     worlds: Worlds = {}
     for _, item, plan in candidates:
         grasp = SelectedGrasp(scene, item, plan, perceive_ms)
-        reason = check_reachability(cell, PickState(grasp, 0), worlds)
+        reason = check_reachability(cell, PickState(grasp), worlds)
         if not reason:
             plan_ms = spent_ms + 1e3 * (time.perf_counter() - began)
-            firm = failed.is_heavy(item.points.mean(axis=0))
+            firm = item.label in tried and tried[item.label].slipped
             grasp = SelectedGrasp(scene, item, plan, perceive_ms, plan_ms, firm)
             return GraspSelection(grasp, _by_label(skipped), plan_ms)
         skipped[item.label] = reason
@@ -243,12 +195,6 @@ def check_reachability(cell: Cell, state: PickState, worlds: Worlds) -> str:
     if ahead or state.near_goal(cell, grasp, ahead.q):
         return ""
     return f"{UNREACHABLE} a {state.plan.name}: {ahead.reason}"
-
-
-def grasp_key(plan: GraspPlan) -> str:
-    """Return a key of a grasp; the hand turned by half a turn about the palm has the same key."""
-    closing = plan.closing * np.sign(plan.closing[np.argmax(np.abs(plan.closing))] or 1.0)
-    return f"{plan.name} facing {plan.palm.round(1)}, closing {closing.round(1)}"
 
 
 def _warned_weights(scene: Scene) -> dict[int, float]:

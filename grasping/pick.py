@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from .report import Phase
 
 
-def pick(cell: Cell, grasp: SelectedGrasp, slot: int = 0) -> PickReport:
+def pick(cell: Cell, grasp: SelectedGrasp) -> PickReport:
     """Grasp an object, lift it, and put it into the tray.
 
     After a failed phase the hand opens and moves off the object, unless the robot has a fault.
@@ -31,10 +31,8 @@ def pick(cell: Cell, grasp: SelectedGrasp, slot: int = 0) -> PickReport:
         The robot at rest with an empty hand.
     grasp
         The object and its grasp.
-    slot
-        Number of the slot in the tray.
     """
-    state = PickState(grasp, slot)
+    state = PickState(grasp)
     solid = grasp.target.fit.superquadric
     cell.begin()
     cell.plan = grasp.plan

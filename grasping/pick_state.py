@@ -89,8 +89,6 @@ class PickState:
 
     grasp: SelectedGrasp
     """Object and grasp."""
-    slot: int
-    """Number of the object's slot in the tray."""
     offset: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
     """Offset of the object from its perceived position, estimated by touch, (3,), m."""
     lowering: bool = False

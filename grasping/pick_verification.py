@@ -77,13 +77,14 @@ def _find_again(grasp: SelectedGrasp, scene: Scene) -> SceneObject | None:
     new = [
         item
         for item in scene.objects
-        if _same_size(item, grasp.target)
+        if have_same_size(item, grasp.target)
         and all(_distance(item, other) >= SAME_OBJECT_DISTANCE for other in others)
     ]
     return min(new, key=lambda item: _distance(item, _centre(grasp.target)), default=None)
 
 
-def _same_size(one: SceneObject, other: SceneObject) -> bool:
+def have_same_size(one: SceneObject, other: SceneObject) -> bool:
+    """Return whether the solids of two objects have the same size."""
     first, second = one.fit.superquadric, other.fit.superquadric
     if first is None or second is None:
         return False

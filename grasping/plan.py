@@ -104,6 +104,8 @@ class GraspPlan:
     """Label of the neighbour that the fingers push aside; 0 for none."""
     may_push: bool = False
     """Whether hand and arm may touch neighbours and enter occluded space."""
+    fingers: int = 0
+    """Number of fingers without the thumb whose pads touch the solid."""
 
     def __bool__(self) -> bool:
         return self.prototype is not None

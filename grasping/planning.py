@@ -106,6 +106,7 @@ def plan_prototypes(
     mass = mass_range(solid.volume)
     context = GraspContext(
         hand=hand,
+        solid=solid,
         neighbours=neighbour_points(scene_object, neighbours, hand),
         mass=mass[1],
         visible=scene_object.visible_share,
@@ -172,6 +173,7 @@ def _plan(
         palm_gap=placement.standoff - geometry.half_depth,
         tip_depth=selected.depth,
         pushed_label=selected.pushed_label,
+        fingers=selected.evaluation.fingers,
         may_push=may_push,
     )
 

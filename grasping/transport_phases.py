@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -11,15 +11,25 @@ from eyehand.control.tasks import AxisAlignment, Orientation, Position
 from .motion import MotionResult, execute
 from .pick_state import LIFT_SECONDS, LIFT_SPEED, PhaseFailure, PickState
 from .shaking import shake, shake_off
+from .tray_plan import (
+    SIDE_COSINE,
+    UP,
+    HeldSize,
+    TrayPlace,
+    added_items,
+    laid_size,
+    measure_held,
+    plan_place,
+)
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
+    from scipy.spatial.transform import RigidTransform
 
     from .cell import Cell
     from .motion import Controller
     from .robot import RobotReading
 
-UP = np.array([0.0, 0.0, 1.0])
 MIN_WIDTH_SHARE = 0.3
 """Minimum distance of the fingertips that hold an object, as a share of the object's smallest
 extent. Off the middle of a round object the held chord is shorter, and the distance is known to a
@@ -28,6 +38,8 @@ MIN_LIFT_SHARE = 0.5
 """Minimum share of the lift height at which an arm that cannot rise further continues."""
 TRAY_CLEARANCE = 0.03
 """Height at which the object passes over the tray's walls, m."""
+WALL_MARGIN = 0.03
+"""Distance inside the walls at which the centre of an object counts as over the tray, m."""
 PLACE_SECONDS = 8.0
 """Time limit of the motion to the tray, s."""
 
@@ -60,60 +72,113 @@ def check(cell: Cell, state: PickState) -> PhaseFailure | None:
 
 
 def place(cell: Cell, state: PickState) -> PhaseFailure | None:
-    """Carry the object to its slot in the tray, keep it upright, and release it."""
-    options, tray = cell.options, cell.tray
+    """Carry the object to a place in the tray, lower it, and release it.
+
+    A tall object that is held from the side is laid down. Other objects stay upright, and so does
+    a tall one if the arm cannot lay it down.
+    """
     palm = cell.palm_pose()
-    goal = tray.slot_position(state.slot)
-    fit = state.grasp.target.fit
-    solid = fit.superquadric
-    # The centre of the object is moved over the slot. In a side grasp it is far from the palm.
-    centre, above_floor, height = palm.translation, 0.0, 0.0
-    if solid is not None:
-        centre = solid.centre
-        parts = fit.parts or (solid,)
-        below_origin = max(float(part.support(-UP)) for part in parts)
-        above_floor = float(centre @ UP) + below_origin
-        height = max(float(part.support(UP)) for part in parts) + below_origin
-    centre_in_palm = state.T_palm_world_at_grasp.apply(centre)
-    layer = tray.layer(state.slot)
-    below = cell.layer_tops[layer - 1] if 0 < layer <= len(cell.layer_tops) else 0.0
-    low = goal + (below + above_floor + options.drop_height) * UP
-    over = max(cell.tray_height + TRAY_CLEARANCE - below - options.drop_height, 0.0)
-    high = low + over * UP
-    # The object stays upright; its rotation about the vertical is free. A sphere has no upright
-    # axis, so the palm faces down.
-    sphere = solid is not None and solid.kind == "sphere"
-    axis = -UP if sphere else palm.rotation.inv().apply(UP)
-    upright = AxisAlignment(axis, UP)
-    tasks = (Position(high, centre_in_palm), upright)
-    # A stuck arm over the tray is near enough. Otherwise the planner searches a path.
+    poses = _put_down_poses(cell, state)
     result = MotionResult("stuck", "")
-    for controller in (
-        state.direct_carry(cell, tasks),
-        state.transit(cell, tasks, "held"),
-    ):
-        result = _carry(cell, state, controller, PLACE_SECONDS)
-        short = result.end in ("stuck", "late")
-        if short and tray.contains(cell.palm_pose().apply(centre_in_palm)):
-            result = MotionResult("reached", "")
-        if not short or result:
+    goal = poses[-1]
+    for goal in poses:
+        result = _carry_over_tray(cell, state, goal)
+        if result or result.end not in ("stuck", "late"):
             break
     if result.end == "stopped":
         return PhaseFailure("lost", f"{result.reason} on the way to the tray")
     if not result:
-        _put_back(cell, state, centre_in_palm, upright, centre)
+        upright = AxisAlignment(palm.rotation.inv().apply(UP), UP)
+        _put_back(cell, state, goal.centre_in_palm, upright, _centre(state, palm))
         return PhaseFailure("place_failed", f"on the way to the tray: {result.reason}")
     state.lowering = True
-    # However this motion ends, the object is over its slot or already on what lies there.
-    _carry(cell, state, state.lower(cell, (Position(low, centre_in_palm), upright)), LIFT_SECONDS)
-    cell.layer_tops += [0.0] * (layer + 1 - len(cell.layer_tops))
-    cell.layer_tops[layer] = max(cell.layer_tops[layer], below + height)
+    # However this motion ends, the object is over its place or already on what lies there.
+    tasks = (Position(goal.low, goal.centre_in_palm), goal.alignment)
+    _carry(cell, state, state.lower(cell, tasks), LIFT_SECONDS)
+    cell.tray_content += added_items(goal.size, goal.place)
     palm = cell.palm_pose().translation
     tips = cell.hand.reach(state.plan.opening)
-    clear = tray.centre[2] + cell.tray_height + tips + TRAY_CLEARANCE
+    clear = cell.tray.centre[2] + cell.tray_height + tips + TRAY_CLEARANCE
     state.release(cell, np.array([palm[0], palm[1], max(clear, palm[2])]))
     pads = shake_off(cell, state)
     return PhaseFailure("place_failed", f"something hangs on {pads}") if pads else None
+
+
+class _PutDown(NamedTuple):
+    """A pose in which the held object is released in the tray."""
+
+    size: HeldSize
+    place: TrayPlace
+    alignment: AxisAlignment
+    """Task that keeps the object in its pose."""
+    centre_in_palm: NDArray[np.float64]
+    """Centre of the object in the palm's frame, (3,), m."""
+    low: NDArray[np.float64]
+    """Position of the centre at the release, (3,), world, m."""
+    high: NDArray[np.float64]
+    """Position from which it is lowered, above tray and content, (3,), world, m."""
+
+
+def _centre(state: PickState, palm: RigidTransform) -> NDArray[np.float64]:
+    """Return the centre of the object before the grasp, (3,), m; the palm's if it is unknown."""
+    solid = state.grasp.target.fit.superquadric
+    return palm.translation if solid is None else solid.centre
+
+
+def _put_down_poses(cell: Cell, state: PickState) -> list[_PutDown]:
+    """Return the poses in which the object may be released, the preferred one first."""
+    palm = cell.palm_pose()
+    fit, centre = state.grasp.target.fit, _centre(state, palm)
+    solid = fit.superquadric
+    if solid is None:
+        size = HeldSize(0.0, 1.0, 0.0, 0.0)
+    else:
+        size = measure_held(fit.parts or (solid,), centre)
+    # The centre of the object is moved over its place. In a side grasp it is far from the palm.
+    centre_in_palm = state.T_palm_world_at_grasp.apply(centre)
+    # The object stays upright; its rotation about the vertical is free. A sphere has no upright
+    # axis, so the palm faces down.
+    sphere = solid is not None and solid.kind == "sphere"
+    axis = -UP if sphere else palm.rotation.inv().apply(UP)
+    poses = [_put_down(cell, size, AxisAlignment(axis, UP), centre_in_palm, size.below)]
+    facing_down = float(palm.rotation.as_matrix()[:, 2] @ -UP)
+    if size.unstable and state.plan.geometry is not None and facing_down < SIDE_COSINE:
+        laid = laid_size(size, 2.0 * state.plan.geometry.half_depth)
+        tips = cell.hand.reach(state.plan.geometry.width) - float(centre_in_palm[2])
+        down = AxisAlignment(-UP, UP)
+        poses.insert(0, _put_down(cell, laid, down, centre_in_palm, max(laid.below, tips)))
+    return poses
+
+
+def _put_down(
+    cell: Cell,
+    size: HeldSize,
+    alignment: AxisAlignment,
+    centre_in_palm: NDArray[np.float64],
+    above: float,
+) -> _PutDown:
+    """Plan the place of the object; its centre is released a height above what is under it, m."""
+    place = plan_place(cell.tray, cell.tray_content, size)
+    free = place.below + cell.options.drop_height
+    low = place.position + (free + above) * UP
+    high = low + max(cell.tray_height + TRAY_CLEARANCE - free, 0.0) * UP
+    return _PutDown(size, place, alignment, centre_in_palm, low, high)
+
+
+def _carry_over_tray(cell: Cell, state: PickState, goal: _PutDown) -> MotionResult:
+    """Carry the object over its place, directly if possible, else along a planned path."""
+    tasks = (Position(goal.high, goal.centre_in_palm), goal.alignment)
+    result = MotionResult("stuck", "")
+    for controller in (state.direct_carry(cell, tasks), state.transit(cell, tasks, "held")):
+        result = _carry(cell, state, controller, PLACE_SECONDS)
+        short = result.end in ("stuck", "late")
+        # A stuck arm over the tray is near enough, unless the object is over a wall.
+        over = cell.tray.contains(cell.palm_pose().apply(goal.centre_in_palm), WALL_MARGIN)
+        if short and over:
+            return MotionResult("reached", "")
+        if not short:
+            break
+    return result
 
 
 def _carry(cell: Cell, state: PickState, controller: Controller, seconds: float) -> MotionResult:

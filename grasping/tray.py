@@ -1,4 +1,4 @@
-"""The tray that objects are put into: a floor, four walls, and slots."""
+"""The tray that objects are put into: a floor and four walls."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Tray:
     Raises
     ------
     InputError
-        If an extent is not positive, or the tray has no slot.
+        If an extent is not positive.
     """
 
     centre: NDArray[np.float64]
@@ -33,8 +33,6 @@ class Tray:
     """Height of the walls above the floor, m."""
     wall_thickness: float = 0.006
     """Thickness of walls and floor, m."""
-    slots: tuple[int, int] = (2, 3)
-    """Number of slots along x and y. When all are full, a second layer begins."""
 
     def __post_init__(self) -> None:
         if min(*self.size, self.wall_height, self.wall_thickness) <= 0:
@@ -42,27 +40,14 @@ class Tray:
                 "a tray's size, wall_height and wall_thickness must be > 0 m, got "
                 f"{self.size}, {self.wall_height}, {self.wall_thickness}"
             )
-        if min(self.slots) < 1:
-            raise InputError(f"a tray needs at least one slot along x and y, got {self.slots}")
 
-    def slot_position(self, slot: int) -> NDArray[np.float64]:
-        """Return the position of a slot on the floor, (3,), world, m.
+    def contains(self, point: NDArray[np.float64], margin: float = 0.0) -> bool:
+        """Return whether a point (3,), world, m, is above the tray's floor in plan view.
 
-        Slots are numbered from 0, layer by layer.
+        It must be at least a margin, m, inside the walls.
         """
-        rows, columns = self.slots
-        row, column = divmod(slot % (rows * columns), columns)
-        share = np.array([(row + 0.5) / rows - 0.5, (column + 0.5) / columns - 0.5])
-        return self.centre + np.append(share * self.size, 0.0)
-
-    def layer(self, slot: int) -> int:
-        """Return the layer of a slot; 0 is the floor."""
-        rows, columns = self.slots
-        return slot // (rows * columns)
-
-    def contains(self, point: NDArray[np.float64]) -> bool:
-        """Return whether a point (3,), world, m, is above the tray's floor in plan view."""
-        return bool((np.abs(point[:2] - self.centre[:2]) <= 0.5 * np.asarray(self.size)).all())
+        half = 0.5 * np.asarray(self.size) - margin
+        return bool((np.abs(point[:2] - self.centre[:2]) <= half).all())
 
     def distance(self, point: NDArray[np.float64]) -> float:
         """Return the horizontal distance of a point (3,), world, from the floor, m; 0 above it."""

@@ -92,6 +92,8 @@ def synergy_hand_model(
         pinch_width=float(np.ptp(hand.bounds([g for k in pincer for g in hand.pads[k]], 1))),
         thickness=float(np.ptp(hand.bounds(hand.tips[:1], 0))),
         palm_depth=-hand.bounds(hand.geoms, 2)[0],
+        finger_rows=tuple(0.5 * sum(hand.bounds([tip], 1)) for tip in hand.tips[:-1]),
+        finger_width=float(np.ptp(hand.bounds(hand.tips[:1], 1))),
     )
 
 

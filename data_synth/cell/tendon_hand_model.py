@@ -102,6 +102,10 @@ def _measure(model: Any, frame: str, prefix: str) -> HandModel:
         pinch_width=middle_high - middle_low,
         thickness=tip_high - tip_low,
         palm_depth=-hand.bounds(range(model.ngeom), 2)[0],
+        finger_rows=tuple(
+            0.5 * sum(hand.bounds([hand.tips[finger]], 1)) for finger in hand.fingers[:-1]
+        ),
+        finger_width=float(np.ptp(hand.bounds([hand.tips[pinching[0]]], 1, turned=False))),
     )
 
 

@@ -71,6 +71,11 @@ class HandModel:
     """Thickness of a fingertip along x, m."""
     palm_depth: float
     """Depth of the hand behind the palm's face, m."""
+    finger_rows: tuple[float, ...] = ()
+    """Position of each finger along y without the thumb, m. If empty, the named fingers are evenly
+    spaced."""
+    finger_width: float = 0.0
+    """Width of a finger's pad along y, m; 0 for `pinch_width`."""
 
     def __post_init__(self) -> None:
         check_names(self.drives, self.joints, self.pads, self.fingers)
@@ -106,6 +111,20 @@ class HandModel:
     def outer_width(self, opening: float) -> float:
         """Return the outer width along x at an opening, m, limited as in :meth:`reach`."""
         return float(np.interp(opening, self.openings, self.outer_widths))
+
+    @property
+    def row_offsets(self) -> NDArray[np.float64]:
+        """Position of each finger along y without the thumb, (R,), m."""
+        if self.finger_rows:
+            return np.array(self.finger_rows)
+        count = len(self.fingers) - 1
+        half = 0.5 * (self.row_width - self.pinch_width) if count > 1 else 0.0
+        return np.linspace(half, -half, count)
+
+    @property
+    def pad_width(self) -> float:
+        """Width of a finger's pad along y, m."""
+        return self.finger_width or self.pinch_width
 
     def excursions_at(self, opening: float) -> NDArray[np.float64]:
         """Return the drive excursions at an opening, (D,), m, limited as in :meth:`reach`."""

@@ -34,4 +34,6 @@ def nominal_hand() -> HandModel:
         pinch_width=0.020,
         thickness=0.012,
         palm_depth=0.060,
+        finger_rows=(0.024, 0.0, -0.024),
+        finger_width=0.017,
     )

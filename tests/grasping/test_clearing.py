@@ -13,11 +13,13 @@ from eyehand.control.tasks import Orientation, Position
 from eyehand.data_synth.scenes import TabletopObject
 from eyehand.errors import InputError
 from eyehand.grasping.cell import Cell
-from eyehand.grasping.clearing import ClearOptions, FailedGrasps, clear_table
+from eyehand.grasping.clearing import ClearOptions, clear_table
+from eyehand.grasping.failed_grasps import FailedGrasps
 from eyehand.grasping.grasp_selection import select_grasp
 from eyehand.grasping.motion import remaining_distance
 from eyehand.grasping.pick import pick
 from eyehand.grasping.pick_options import PickOptions
+from eyehand.grasping.planning import plan_prototypes
 from eyehand.grasping.tray import Tray
 from eyehand.perception import SceneWarning, Superquadric
 
@@ -181,10 +183,11 @@ def test_full_tray_is_filled_in_next_layer():
         if cycle.phase == "place":
             lowest[-1] = min(lowest[-1], robot.palm_height(cycle.reading.q))
 
-    narrow = replace(TRAY, slots=(1, 1))
+    narrow = replace(TRAY, size=(0.12, 0.12))
     report, cell = cleared(robot, [box(-0.1), box(0.05)], on_cycle, narrow)
     assert report.placed == 2
-    assert cell.layer_tops == pytest.approx([HEIGHT, 2 * HEIGHT], abs=0.002)
+    tops = [item.top for item in cell.tray_content]
+    assert tops == pytest.approx([HEIGHT, 2 * HEIGHT], abs=0.002)
     assert len(lowest) == 2
     assert lowest[1] - lowest[0] == pytest.approx(HEIGHT, abs=0.02)
 
@@ -194,8 +197,9 @@ def test_spent_time_counts_as_planning_time():
     scene = cell.perceive(cell.robot.capture())
     assert select_grasp(cell, scene, FailedGrasps(), spent_ms=500.0).plan_ms > 500.0
     memory = FailedGrasps()
-    for grasp_key in ("one", "another"):
-        memory.add(scene.objects[0].points.mean(axis=0), grasp_key)
+    plan = plan_prototypes(scene.objects[0], scene.support)[0]
+    for _ in range(2):
+        memory.add(scene, scene.objects[0], plan)
     selection = select_grasp(cell, scene, memory, spent_ms=500.0)
     assert selection.grasp is None
     assert selection.plan_ms > 500.0
@@ -233,11 +237,13 @@ def test_object_that_slipped_is_gripped_with_full_force_where_it_fell():
     robot = FakeRobot()
     cell = Cell(robot, lambda _frame: ground_truth_scene([box()], VIEW), TRAY)
     scene = cell.perceive(robot.capture())
-    place = scene.objects[0].points.mean(axis=0)
+    before = ground_truth_scene([box(0.1)], VIEW)
     memory = FailedGrasps()
-    memory.add(place + np.array([0.05, 0.0, 0.0]), "top pincer", slipped=False)
+    plan = plan_prototypes(before.objects[0], before.support)[-1]
+    memory.add(before, before.objects[0], plan, slipped=False)
     soft = select_grasp(cell, scene, memory).grasp
-    memory.add(place + np.array([0.05, 0.0, 0.0]), "top pincer", slipped=True)
+    memory = FailedGrasps()
+    memory.add(before, before.objects[0], plan, slipped=True)
     firm = select_grasp(cell, scene, memory).grasp
 
     assert soft is not None

@@ -34,7 +34,7 @@ def pick_state(prototype, size=(0.012, 0.02, 0.03)) -> PickState:
     (item,) = scene.objects
     plans = plan_prototypes(item, scene.support, hand=HAND, options=GraspOptions())
     plan = next(plan for plan in plans if plan.prototype == prototype)
-    return PickState(SelectedGrasp(scene, item, plan), 0)
+    return PickState(SelectedGrasp(scene, item, plan))
 
 
 @pytest.mark.parametrize("prototype", ["pincer", "precision"])

@@ -1,4 +1,6 @@
-"""Trays: slots on the floor, distance, and obstacles of the walls."""
+"""Trays: places on the floor, distance, and obstacles of the walls."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -7,23 +9,45 @@ from hypothesis import strategies as st
 
 from eyehand.errors import InputError
 from eyehand.grasping.tray import Tray
+from eyehand.grasping.tray_plan import HeldSize, TrayItem, added_items, plan_place
 
 TRAY = Tray(np.array([0.4, -0.1, 0.01]), (0.2, 0.3), 0.06)
 
 
-@given(st.integers(0, 50))
-def test_every_slot_lies_on_floor(number):
-    position = TRAY.slot_position(number)
-    assert TRAY.contains(position)
-    assert position[2] == TRAY.centre[2]
+@given(st.floats(0.01, 0.09), st.floats(0.02, 0.25), st.integers(0, 8))
+def test_every_place_lies_on_floor(radius, height, count):
+    size = HeldSize(radius, 2.0 * radius, 0.5 * height, height)
+    content: list[TrayItem] = []
+    for _ in range(count + 1):
+        place = plan_place(TRAY, content, size)
+        assert TRAY.contains(place.position)
+        assert place.position[2] == TRAY.centre[2]
+        content += added_items(size, place)
 
 
-def test_slots_differ_until_tray_is_full():
-    positions = np.array([TRAY.slot_position(k) for k in range(6)])
-    apart = np.linalg.norm(positions[:, None] - positions[None], axis=2)[np.triu_indices(6, 1)]
-    assert apart.min() == pytest.approx(0.1)
-    np.testing.assert_allclose(positions.mean(axis=0), TRAY.centre)
-    np.testing.assert_allclose(TRAY.slot_position(6), TRAY.slot_position(0))
+def test_small_objects_lie_apart_before_one_lies_on_another():
+    size = HeldSize(0.02, 0.04, 0.02, 0.04)
+    content: list[TrayItem] = []
+    for _ in range(6):
+        place = plan_place(TRAY, content, size)
+        assert place.below == 0.0
+        content += added_items(size, place)
+
+
+def test_tall_object_falls_into_the_tray_not_over_its_wall():
+    size = HeldSize(0.03, 0.05, 0.1, 0.2)
+    place = plan_place(TRAY, (), size)
+    room = 0.5 * np.array(TRAY.size) - np.abs(place.position[:2] - TRAY.centre[:2])
+    assert (room >= 0.1 - 1e-9).all()
+    standing, fallen = added_items(size, place)
+    assert (standing.top, fallen.top, fallen.radius) == (0.2, 0.05, 0.2)
+
+
+def test_object_on_another_is_released_above_it():
+    narrow = replace(TRAY, size=(0.12, 0.12))
+    size = HeldSize(0.03, 0.06, 0.03, 0.06)
+    content = added_items(size, plan_place(narrow, (), size))
+    assert plan_place(narrow, content, size).below == pytest.approx(0.06)
 
 
 def test_distance_is_horizontal_from_edge_of_floor():
@@ -39,7 +63,7 @@ def test_walls_surround_floor():
     assert parts["tray floor"].pose.translation[2] == pytest.approx(0.01 - 0.003)
 
 
-@pytest.mark.parametrize("wrong", [{"size": (0.0, 0.3)}, {"wall_height": -1.0}, {"slots": (0, 2)}])
+@pytest.mark.parametrize("wrong", [{"size": (0.0, 0.3)}, {"wall_height": -1.0}])
 def test_invalid_trays_are_rejected(wrong):
     given = {"centre": np.zeros(3), "size": (0.2, 0.3), "wall_height": 0.05} | wrong
     with pytest.raises(InputError):

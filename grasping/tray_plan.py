@@ -1,0 +1,125 @@
+"""Plan the place and the pose of a held object in the tray.
+
+The camera does not see the tray's content, so that its model is what was put there.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from eyehand.perception import Superquadric
+
+    from .tray import Tray
+
+UP = np.array([0.0, 0.0, 1.0])
+WALL_DISTANCE = 0.055
+"""Minimum distance of a place from the walls, m. The hand must fit between object and wall."""
+GRID_STEP = 0.010
+"""Distance of the places that are tried, m."""
+FREE_GAP = 0.020
+"""Gap to the content above which more has no effect, m. Fingers that open need it."""
+UNSTABLE_RATIO = 2.2
+"""Ratio of height to narrowest width above which an upright object may topple in the tray: the hand
+that opens, or the next object, pushes it."""
+SIDE_COSINE = 0.5
+"""Maximum cosine between palm and down of a grasp that counts as one from the side."""
+DIRECTIONS = 16
+"""Number of horizontal directions over half a turn in which an object is measured."""
+
+
+@dataclass(frozen=True, eq=False)
+class TrayItem:
+    """A disc that an object in the tray may cover."""
+
+    place: NDArray[np.float64]
+    """Centre, (2,), world, m."""
+    radius: float
+    """Radius, m."""
+    top: float
+    """Height of the object there above the tray's floor, m."""
+
+
+@dataclass(frozen=True)
+class HeldSize:
+    """Size of a held object in the pose in which it is put down."""
+
+    radius: float
+    """Maximum horizontal distance of its surface from its centre, m."""
+    narrowest: float
+    """Minimum horizontal width, m."""
+    below: float
+    """Distance of its lowest point below its centre, m."""
+    height: float
+    """Height, m."""
+
+    @property
+    def unstable(self) -> bool:
+        """Whether it may topple after the release."""
+        return self.height > UNSTABLE_RATIO * self.narrowest
+
+
+class TrayPlace(NamedTuple):
+    """A place in the tray."""
+
+    position: NDArray[np.float64]
+    """Position on the floor, (3,), world, m."""
+    below: float
+    """Height of the content under the object, m."""
+
+
+def measure_held(parts: Sequence[Superquadric], centre: NDArray[np.float64]) -> HeldSize:
+    """Return the size of solids that stay upright; ``centre`` (3,) is that of the object, m."""
+    angles = np.arange(DIRECTIONS) * np.pi / DIRECTIONS
+    across = np.column_stack([np.cos(angles), np.sin(angles), np.zeros(DIRECTIONS)])
+    directions = np.vstack([across, -across, UP, -UP])
+    ends = np.max([part.support(directions) for part in parts], axis=0) - directions @ centre
+    widths = ends[:DIRECTIONS] + ends[DIRECTIONS:-2]
+    return HeldSize(
+        float(ends[:-2].max()), float(widths.min()), float(ends[-1]), float(ends[-2] + ends[-1])
+    )
+
+
+def laid_size(upright: HeldSize, thickness: float) -> HeldSize:
+    """Return the size of an upright object after it is laid down; its thickness is then up."""
+    half = 0.5 * upright.height
+    return HeldSize(max(half, upright.radius), thickness, 0.5 * thickness, thickness)
+
+
+def plan_place(tray: Tray, content: Sequence[TrayItem], size: HeldSize) -> TrayPlace:
+    """Return the lowest place for an object, free of the content if there is room.
+
+    An object that may topple goes so far from the walls that it falls into the tray. Others fill
+    the tray from its corners.
+    """
+    half = 0.5 * np.asarray(tray.size)
+    # The centre of an object that topples comes to rest half its height beside its place.
+    reach = max(size.radius, 0.5 * size.height if size.unstable else 0.0, WALL_DISTANCE)
+    ends = np.maximum(half - reach, 0.0)
+    x, y = (np.linspace(-end, end, 2 * int(end / GRID_STEP) + 1) for end in ends)
+    grid = np.array(np.meshgrid(x, y, indexing="ij")).reshape(2, -1).T
+    below, gap = np.zeros(len(grid)), np.full(len(grid), FREE_GAP)
+    for item in content:
+        apart = np.linalg.norm(grid + tray.centre[:2] - item.place, axis=1)
+        apart -= size.radius + item.radius
+        below = np.where(apart < 0.0, np.maximum(below, item.top), below)
+        gap = np.minimum(gap, apart)
+    order = np.lexsort((-np.abs(grid).sum(axis=1), -gap.round(3), below.round(3)))
+    best = order[0]
+    return TrayPlace(tray.centre + np.append(grid[best], 0.0), float(below[best]))
+
+
+def added_items(size: HeldSize, place: TrayPlace) -> tuple[TrayItem, ...]:
+    """Return what an object adds to the content: where it is, and where it may have fallen."""
+    at, top = place.position[:2], place.below + size.height
+    standing = TrayItem(at, size.radius, top)
+    if not size.unstable:
+        return (standing,)
+    return standing, TrayItem(at, size.height, place.below + size.narrowest)
