@@ -9,7 +9,7 @@ import numpy as np
 from scipy.spatial.transform import RigidTransform
 
 from .grasp import Grasp
-from .scoring import GRAVITY
+from .scoring import GRAVITY, success_probability
 from .symmetry import is_turned, symmetry_axes
 
 if TYPE_CHECKING:
@@ -163,7 +163,7 @@ def _grasp(
         retreat_direction=-approach if angle <= MAX_SIDE_ANGLE else up,
         object_label=surface.label,
         object_width=width,
-        success=float(np.prod(list(terms.values()))),
+        success=success_probability(float(np.prod(list(terms.values())))),
         terms=terms,
         reason=f"object {surface.label}, {1e3 * width:.0f} mm wide, {kind}",
         object_size=surface.size,
