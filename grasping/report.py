@@ -141,6 +141,16 @@ class ClearReport:
         return self.stop_reason == CLEAR
 
     @property
+    def ended_early(self) -> bool:
+        """Whether clearing ended before the remaining objects were tried."""
+        return any(line.endswith(NOT_TRIED) for line in self.remaining)
+
+    @staticmethod
+    def is_unreachable(reason: str) -> bool:
+        """Return whether the reason of a remaining object is the reach of the arm."""
+        return reason.startswith(UNREACHABLE)
+
+    @property
     def placed(self) -> int:
         """Number of objects put into the tray."""
         return sum(map(bool, self.picks))

@@ -175,7 +175,9 @@ class GraspRobot:
             prepare_for_attachment(hand)
             if self.jaws is not None:
                 name_parts(hand)
-            default = _default_mount(self.jaws)
+            # A gripper sits on the flange, the palm of a hand with fingers before it.
+            depth = PALM_BEFORE_FLANGE_M if self.jaws is None else 0.0
+            default = RigidTransform.from_translation([0.0, 0.0, depth])
             set_base(hand, default if self.mount is None else self.mount)
             match_options(spec, hand)
             spec.attach(hand, prefix=HAND_PREFIX, site=flange)
@@ -344,9 +346,3 @@ class GraspRobot:
     @functools.cached_property
     def _hand_addresses(self) -> NDArray[np.intp]:
         return np.array([self._model.joint(n).qposadr[0] for n in self.hand_joints], dtype=np.intp)
-
-
-def _default_mount(jaws: ParallelHand | None) -> RigidTransform:
-    """Return T_flange_hand: the flange for a gripper, the palm's depth before it for the hand."""
-    depth = PALM_BEFORE_FLANGE_M if jaws is None else 0.0
-    return RigidTransform.from_translation([0.0, 0.0, depth])

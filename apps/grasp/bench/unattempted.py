@@ -6,15 +6,14 @@ import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from eyehand.grasping.report import CLEAR, NOT_TRIED
-from eyehand.grasping.report import UNREACHABLE as CANNOT_REACH
+from eyehand.grasping import ClearReport
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     import numpy as np
 
-    from eyehand.grasping import Cell, ClearReport
+    from eyehand.grasping import Cell
 
 REFUSED, UNREACHABLE, UNSEEN, DOUBT, FAULT = "refused", "unreachable", "unseen", "doubt", "fault"
 """Outcomes: no grasp is suitable; no grasp is reachable; perception did not find the object; an
@@ -69,9 +68,9 @@ def unattempted_objects(
     if cell.reading.fault:
         counted = bool(report.picks) and report.picks[-1].outcome == FAULT
         return () if counted else (UnattemptedObject("", FAULT, cell.reading.fault),)
-    if not report.remaining and report.stop_reason != CLEAR:
+    if not report.remaining and not report.cleared:
         return (UnattemptedObject("", DOUBT, report.stop_reason),)
-    if any(line.endswith(NOT_TRIED) for line in report.remaining):
+    if report.ended_early:
         return ()
     reasons = _reasons(report, cell, nearest)
     return tuple(_outcome(name, reasons.get(name), report.stop_reason) for name in names)
@@ -94,6 +93,5 @@ def _reasons(
 def _outcome(name: str, reason: str | None, stopped: str) -> UnattemptedObject:
     if reason is None:
         return UnattemptedObject(name, UNSEEN, f"ended with: {stopped}")
-    return UnattemptedObject(
-        name, UNREACHABLE if reason.startswith(CANNOT_REACH) else REFUSED, reason
-    )
+    outcome = UNREACHABLE if ClearReport.is_unreachable(reason) else REFUSED
+    return UnattemptedObject(name, outcome, reason)

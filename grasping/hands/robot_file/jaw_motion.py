@@ -10,6 +10,7 @@ import numpy as np
 
 from eyehand.errors import InputError
 
+from .pad_turn import pad_turn, wedge_start
 from .posing import Drives
 from .shapes import clipped, clipped_box
 from .tool_frame import HandShapes, JawSides, approach_axis, jaw_sides
@@ -36,9 +37,6 @@ SIDE_MARGIN = 0.1
 """Share of the opening beside each pad that does not count as between the jaws."""
 MAX_CUTS = 3
 """Maximum number of times that the end of the path is corrected."""
-MAX_WEDGE = np.deg2rad(45.0)
-"""Maximum angle between pads that turn. Objects slip out of a wider one: each pad holds up to the
-angle of friction, 22° at a coefficient of 0.4."""
 MAX_OVERLAP = 2e-4
 """Overlap of the closed pads that counts as touching, m."""
 MAX_DRIVES = 4
@@ -153,7 +151,7 @@ def jaw_motion(posing: Posing, palm: int, branches: list[list[int]], tcp: str | 
                 continue
             closed = motion.gaps[0] - max(motion.gaps[-1], 0.0)
             if motion.gaps[0] > MIN_STROKE and closed > MIN_STROKE:
-                found.append((closed, -_turn(motion), motion))
+                found.append((closed, -pad_turn(motion), motion))
                 break
     if not found:
         asked = [error for error in errors if str(error).startswith("--")]
@@ -171,13 +169,11 @@ def _end_positions(
     drives: Drives,
 ) -> list[tuple[NDArray[np.float64], NDArray[np.float64]]]:
     """Return the pairs of end positions of the drives between which a gripper may close."""
-    ends = []
-    for signs in itertools.product((False, True), repeat=len(drives.joints)):
-        flipped = np.array(signs)
-        first = np.where(flipped, drives.last, drives.first)
-        last = np.where(flipped, drives.first, drives.last)
-        ends.append((first, last))
-    return ends
+    flips = map(np.array, itertools.product((False, True), repeat=len(drives.joints)))
+    return [
+        (np.where(flip, drives.last, drives.first), np.where(flip, drives.first, drives.last))
+        for flip in flips
+    ]
 
 
 def _measured(
@@ -296,16 +292,6 @@ def between_jaws(motion: JawMotion, posture: int, low_y: float, high_y: float) -
     return float(points[:, 2].max()) if len(points) else -np.inf
 
 
-def _turn(motion: JawMotion) -> float:
-    """Return by how much the pads turn while they close, rad."""
-    data = motion.shapes.posing.data
-    frames = []
-    for posture in (0, len(motion.path) - 1):
-        motion.posed(posture)
-        frames.append([data.xmat[side[0]].reshape(3, 3).copy() for side in motion.pads])
-    return _angle(frames[0], frames[1])
-
-
 def _until_touch(
     shapes: HandShapes,
     branches: list[list[int]],
@@ -323,7 +309,7 @@ def _until_touch(
         if len(beyond) and beyond[0]:
             last = int(beyond[0])
             end = last - 1 + gaps[last - 1] / (gaps[last - 1] - gaps[last])
-        start = _wedge_start(motion, int(np.ceil(end)))
+        start = wedge_start(motion, int(np.ceil(end)))
         whole = start == 0 and end >= len(gaps) - 1
         if gaps[0] <= 0 or start >= end or (whole and gaps.min() > -MAX_OVERLAP):
             break
@@ -334,25 +320,3 @@ def _until_touch(
         )
         motion = _measured(shapes, branches, posing.path(first, last_place), tcp)
     return motion
-
-
-def _wedge_start(motion: JawMotion, closed: int) -> int:
-    """Return the first posture in which turning pads enclose an angle that can hold something.
-
-    The pads are parallel in the posture ``closed``.
-    """
-    data = motion.shapes.posing.data
-    frames = []
-    for posture in range(len(motion.path)):
-        motion.posed(posture)
-        frames.append([data.xmat[side[0]].reshape(3, 3).copy() for side in motion.pads])
-    start = closed
-    while start > 0 and _angle(frames[start - 1], frames[closed]) <= MAX_WEDGE:
-        start -= 1
-    return start
-
-
-def _angle(one: list[NDArray[np.float64]], other: list[NDArray[np.float64]]) -> float:
-    """Return the sum of the angles by which links have turned, rad."""
-    cosines = [0.5 * (np.trace(a.T @ b) - 1.0) for a, b in zip(one, other, strict=True)]
-    return float(np.arccos(np.clip(cosines, -1.0, 1.0)).sum())

@@ -7,15 +7,14 @@ bent, or straight if they do not bend.
 from __future__ import annotations
 
 import copy
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.optimize import least_squares
 
 from eyehand.errors import InputError
 
 from .jaw_motion import JawMotion, between_jaws, measured_faces
+from .pinch_solver import TIP_LENGTH, Finger, Pinch
 from .posing import STEPS, Drives, Posing
 from .tool_frame import HandShapes, JawSides
 
@@ -30,43 +29,16 @@ OPENING_STEP = 0.005
 """Step by which the opening grows until the fingers cannot follow, m."""
 MAX_OPENING = 0.12
 """Maximum opening that is tried, m."""
-PLACE_WEIGHT, DRIFT_WEIGHT = 300.0, 100.0
-"""Weights of the distance between the tips, and of the way of their middle, 1/m."""
-LEAN_WEIGHT, CROSS_WEIGHT, HOME_WEIGHT, STEP_WEIGHT = 3.0, 1.5, 0.2, 0.2
-"""Weights of fingertips that lean along the closing axis, of tips that cross, of the distance of
-joints from the middle of their ranges, and from the posture before, 1/rad."""
 MIDDLE_OPENING = 0.03
 """Opening of the posture that defines the axes, m."""
-MAX_DRIFT = 0.012
-"""Maximum way of the middle between the tips across the approach, m."""
-MAX_PLACE_ERROR = 1.5e-3
-"""Maximum error of a fingertip's place, m."""
-MAX_LEAN = np.sin(np.deg2rad(35.0))
-"""Sine of the maximum angle by which a fingertip leans along the closing axis."""
 BENT_SHARE = 0.9
 """Share of the range to which the other fingers are bent."""
-TIP_LENGTH = 0.02
-"""Length of a fingertip that touches objects, m."""
 PAD_LENGTH = 0.024
 """Length from the tips in which the pads are searched, m."""
 MIN_FREE = 0.015
 """Minimum free length of the fingertips in front of the palm and the other fingers, m."""
 MIN_PINCH_STROKE = 0.02
 """Minimum stroke of a pair of fingers that is used as jaws, m."""
-
-
-@dataclass(frozen=True, eq=False)
-class _Finger:
-    """A finger that pinches."""
-
-    links: list[int]
-    joints: list[int]
-    tip: int
-    """Outermost link with a shape."""
-    centre: NDArray[np.float64]
-    """Middle of the fingertip in the frame of its body, (3,), m."""
-    base: NDArray[np.float64]
-    """A point behind it on the fingertip's axis, (3,), m."""
 
 
 def pinch_motion(
@@ -160,7 +132,7 @@ def _body_names(links: Links, branch: list[int]) -> set[str]:
     return {links.model.body(body).name for body in bodies}
 
 
-def _finger(shapes: HandShapes, branch: list[int]) -> _Finger:
+def _finger(shapes: HandShapes, branch: list[int]) -> Finger:
     """Return a finger with the middle and the axis of its fingertip."""
     links, data = shapes.links, shapes.posing.data
     shapes.pose(shapes.posing.start)
@@ -174,87 +146,33 @@ def _finger(shapes: HandShapes, branch: list[int]) -> _Finger:
     near = local[local @ axis > end - TIP_LENGTH]
     centre = 0.5 * (near.min(axis=0) + near.max(axis=0))
     joints = links.joints(branch)
-    return _Finger(branch, joints, tip, centre, centre - TIP_LENGTH * axis)
+    return Finger(branch, joints, tip, centre, centre - TIP_LENGTH * axis)
 
 
 def _pinch_path(
     posing: Posing,
     shapes: HandShapes,
-    fingers: tuple[_Finger, _Finger],
+    fingers: tuple[Finger, Finger],
     branches: list[list[int]],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
     """Return postures from wide to touching and the tool's axes in the palm, or None."""
-    model = posing.model
     posture = _parked(posing, fingers, branches)
-    joints = fingers[0].joints + fingers[1].joints
-    places = model.jnt_qposadr[joints].astype(int)
-    low, high = model.jnt_range[joints].T
-    if not (model.jnt_limited[joints].all() and (low < high).all()):
-        return None
-    home = 0.5 * (low + high)
     radius = sum(_thickness(shapes, posing, finger, posture) for finger in fingers)
-
-    def state(values: NDArray[np.float64]) -> list[NDArray[np.float64]]:
-        posture[places] = values
-        posing.pose(posture)
-        data = posing.data
-        points = []
-        for finger in fingers:
-            turn, at = data.xmat[finger.tip].reshape(3, 3), data.xpos[finger.tip]
-            points += [turn @ finger.centre + at, turn @ finger.base + at]
-        return points
-
-    def residuals(values, gap, axis, before, middle) -> NDArray[np.float64]:
-        a, a0, b, b0 = state(values)
-        apart = b - a
-        along = apart / max(float(np.linalg.norm(apart)), 1e-9) if axis is None else axis
-        place = apart - (gap + radius) * along
-        leans = [(a - a0) @ along / TIP_LENGTH, (b - b0) @ along / TIP_LENGTH]
-        crossed = ((a - a0) - (b - b0)) / TIP_LENGTH
-        drift = np.zeros(3) if middle is None else 0.5 * (a + b) - middle
-        weights = HOME_WEIGHT * (values - home), STEP_WEIGHT * (values - before)
-        return np.concatenate(
-            [
-                PLACE_WEIGHT * place,
-                DRIFT_WEIGHT * drift,
-                LEAN_WEIGHT * np.array(leans),
-                CROSS_WEIGHT * crossed,
-                *weights,
-            ]
-        )
-
-    def solved(gap, axis, before, middle):
-        begin = np.clip(before, low + 1e-4, high - 1e-4)
-        found = least_squares(
-            cast("Any", residuals),
-            begin,
-            bounds=(low, high),
-            args=(gap, axis, before, middle),
-            max_nfev=60,
-        )
-        a, a0, b, b0 = state(found.x)
-        along = (b - a) / max(float(np.linalg.norm(b - a)), 1e-9)
-        line = along if axis is None else axis
-        error = np.linalg.norm(b - a - (gap + radius) * line)
-        leans = np.abs([(a - a0) @ line, (b - b0) @ line]) / TIP_LENGTH
-        way = np.zeros(3) if middle is None else 0.5 * (a + b) - middle
-        # Along the approach the tips may move: that is the advance of the tips.
-        forward = (a - a0) + (b - b0)
-        drift = np.linalg.norm(np.cross(way, forward)) / max(float(np.linalg.norm(forward)), 1e-9)
-        good = error < MAX_PLACE_ERROR and leans.max() < MAX_LEAN and drift < MAX_DRIFT
-        return found.x, bool(good), along, 0.5 * (a + b)
-
-    values, good, axis, middle = solved(MIDDLE_OPENING, None, home, None)
+    pinch = Pinch(posing, fingers, posture, fingers[0].joints + fingers[1].joints, radius)
+    low, high = pinch.bounds
+    if not (posing.model.jnt_limited[pinch.joints].all() and (low < high).all()):
+        return None
+    values, good, axis, middle = pinch.solved(MIDDLE_OPENING, None, 0.5 * (low + high), None)
     if not good:
         return None
-    postures, gap = [], 0.0
     for share in (1.0, 0.5, 0.0):
-        values, *_ = solved(share * MIDDLE_OPENING, axis, values, middle)
+        values, *_ = pinch.solved(share * MIDDLE_OPENING, axis, values, middle)
+    postures, gap = [], 0.0
     while gap <= MAX_OPENING:
-        values, good, *_ = solved(gap, axis, values, middle)
+        values, good, *_ = pinch.solved(gap, axis, values, middle)
         if not good:
             break
-        posture[places] = values
+        posture[pinch.places] = values
         postures.append(posture.copy())
         gap += OPENING_STEP
     if (len(postures) - 1) * OPENING_STEP < MIN_PINCH_STROKE:
@@ -263,7 +181,7 @@ def _pinch_path(
 
 
 def _parked(
-    posing: Posing, fingers: tuple[_Finger, _Finger], branches: list[list[int]]
+    posing: Posing, fingers: tuple[Finger, Finger], branches: list[list[int]]
 ) -> NDArray[np.float64]:
     """Return the file's posture with all other fingers bent."""
     model = posing.model
@@ -281,7 +199,7 @@ def _parked(
 
 
 def _thickness(
-    shapes: HandShapes, posing: Posing, finger: _Finger, posture: NDArray[np.float64]
+    shapes: HandShapes, posing: Posing, finger: Finger, posture: NDArray[np.float64]
 ) -> float:
     """Return half of the least thickness of a fingertip, m."""
     posing.pose(posture)
@@ -298,7 +216,7 @@ def _thickness(
 def _axes(
     shapes: HandShapes,
     posing: Posing,
-    fingers: tuple[_Finger, _Finger],
+    fingers: tuple[Finger, Finger],
     closed: NDArray[np.float64],
     axis: NDArray[np.float64],
 ) -> NDArray[np.float64]:
@@ -316,7 +234,7 @@ def _axes(
 
 def _as_jaws(
     shapes: HandShapes,
-    fingers: tuple[_Finger, _Finger],
+    fingers: tuple[Finger, Finger],
     path: NDArray[np.float64],
     axes: NDArray[np.float64],
     branches: list[list[int]],
