@@ -79,7 +79,7 @@ def fit_command(
     budget_ms
         Time limit of a fit, ms. The most accurate stored setting within it is used.
     max_parts
-        Maximum number of solids per object, where one solid does not explain it. Default: 1,
+        Maximum number of solids per object, where one solid does not explain it. Default: 4,
         or that of the stored setting.
     points
         Number of points used. More points are more accurate and slower.

@@ -64,6 +64,7 @@ def scene_rows(found: PerceivedFrame, prefix: str | None = None) -> list[dict[st
             {
                 "name": f"{lead}object {item.label}",
                 "kind": solid.kind if solid is not None and item.fit else None,
+                "parts": len(item.fit.parts),
                 "size_mm": None
                 if solid is None
                 else [round(2e3 * a, 1) for a in solid.semi_axes.tolist()],
@@ -84,7 +85,9 @@ def _solid_cells(item: SceneObject) -> tuple[str, str, str, str]:
         return "none", "-", "-", "-"
     size = " x ".join(f"{2e3 * a:.0f}" for a in solid.semi_axes)
     exponents = f"{solid.exponents[0]:.2f} {solid.exponents[1]:.2f}"
-    return solid.kind, size, exponents, f"{item.fit.spread * 1e3:.1f}"
+    more = len(item.fit.parts) - 1
+    kind = f"{solid.kind} + {more}" if more > 0 else solid.kind
+    return kind, size, exponents, f"{item.fit.spread * 1e3:.1f}"
 
 
 def _support_name(item: SceneObject) -> str:

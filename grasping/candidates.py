@@ -218,8 +218,10 @@ def _with_clearance(
         context.neighbours,
     )
     refusal = found.evaluation.refusal
-    if gap < (-PUSH_DEPTH if push else FINGER_GAP):
-        refusal = refusal or f"object {label} is in the way of the hand"
+    own_part = label == context.label
+    if gap < (-PUSH_DEPTH if push and not own_part else FINGER_GAP):
+        name = "another part of the object" if own_part else f"object {label}"
+        refusal = refusal or f"{name} is in the way of the hand"
     terms = {**found.evaluation.terms, "room": clearance_term(gap)}
     return replace(
         found,

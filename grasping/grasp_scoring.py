@@ -92,8 +92,10 @@ class GraspContext(NamedTuple):
     """The hand."""
     solid: Superquadric
     """The object's solid."""
+    label: int
+    """Label of the object."""
     neighbours: NeighbourPoints
-    """Surface points of the neighbours."""
+    """Surface points of the neighbours, and of the other parts of the object."""
     mass: float
     """Likely mass, kg."""
     visible: float

@@ -186,12 +186,12 @@ def check_reachability(cell: Cell, state: PickState, worlds: Worlds) -> str:
     if not ahead and not state.near_goal(cell, pre_grasp, ahead.q):
         return f"{UNREACHABLE} the pre-grasp of a {state.plan.name}: {ahead.reason}"
     grasp = control_tasks(state.plan, hand, 0.0)
-    target = next((one for one in world.obstacles if one.name == TARGET), None)
-    if target is not None:
-        world.remove(TARGET)
+    bodies = [one for one in world.obstacles if one.name.startswith(TARGET)]
+    for body in bodies:
+        world.remove(body.name)
     ahead = is_reachable(world, [grasp], ahead.q, state.near_options(cell))
-    if target is not None:
-        world.add(target)
+    for body in bodies:
+        world.add(body)
     if ahead or state.near_goal(cell, grasp, ahead.q):
         return ""
     return f"{UNREACHABLE} a {state.plan.name}: {ahead.reason}"

@@ -30,6 +30,9 @@ TIP_SHARE = 0.35
 RETREAT_LENGTH = 0.06
 """Distance behind the grasp, against the palm's direction, over which the hand must not touch a
 neighbour either, m."""
+OWN_PART_GAP = 0.01
+"""Distance from the grasped part up to which the open fingers pass another part of the object, m.
+In a usual pre-shape they open 15 mm beyond either side of the grasped part."""
 
 
 _Corners = tuple[tuple[float, float, float], tuple[float, float, float]]
@@ -49,7 +52,9 @@ def neighbour_points(
 ) -> NeighbourPoints:
     """Sample the surfaces of the other objects within reach of a hand that holds `item`.
 
-    The points come from the fitted solids, or from the segmented points if the fit failed.
+    The points come from the fitted solids, or from the segmented points if the fit failed. The hand
+    holds the largest part of an object of several parts. Points of its other parts beside the
+    closing fingers are included with its own label.
     """
     clouds, labels = [np.zeros((0, 3))], [np.zeros(0, dtype=np.int64)]
     solid = item.fit.superquadric
@@ -59,6 +64,11 @@ def neighbour_points(
         2.0 * float(solid.semi_axes.max()) + hand.outer_width(hand.max_opening) + hand.palm_depth
     )
     radius += float(hand.reaches.max())
+    if len(item.fit.parts) > 1:
+        cloud = _surface_points(item.fit, 1)
+        cloud = cloud[solid.distance(cloud) > OWN_PART_GAP]
+        clouds.append(cloud)
+        labels.append(np.full(len(cloud), item.label, dtype=np.int64))
     for other in others:
         if other.label == item.label:
             continue
@@ -161,8 +171,9 @@ def _finger_boxes(
 
 
 @lru_cache(maxsize=64)
-def _surface_points(fit: SuperquadricFit) -> NDArray[np.float64]:
-    solids = fit.parts or (fit.superquadric,)
+def _surface_points(fit: SuperquadricFit, first: int = 0) -> NDArray[np.float64]:
+    """Return points (N, 3), m, on the parts from the first one on."""
+    solids = (fit.parts or (fit.superquadric,))[first:]
     return np.concatenate(
         [
             solid.project_radially(solid.centre + _SPHERE * solid.semi_axes.max())

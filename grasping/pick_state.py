@@ -151,14 +151,18 @@ class PickState:
         if target != "ignored" and not self.lowering:
             tray = (cell.tray.as_box(cell.tray_height),)
         obstacles = (*self._scene_obstacles, *tray)
-        solid = self.grasp.target.fit.superquadric
-        if target == "ignored" or solid is None:
+        fit = self.grasp.target.fit
+        if target == "ignored" or fit.superquadric is None:
             return CollisionWorld(self.model(cell), obstacles)
-        body = solid_obstacle(solid, 0.0, TARGET)
+        bodies = [
+            solid_obstacle(solid, 0.0, f"{TARGET}{number or ''}")
+            for number, solid in enumerate(fit.parts or (fit.superquadric,))
+        ]
         if target == "obstacle":
-            return CollisionWorld(self.model(cell), (*obstacles, body))
+            return CollisionWorld(self.model(cell), (*obstacles, *bodies))
         world = CollisionWorld(self.model(cell), obstacles)
-        world.attach(TARGET, body.shape, self.T_palm_world_at_grasp * body.pose)
+        for body in bodies:
+            world.attach(body.name, body.shape, self.T_palm_world_at_grasp * body.pose)
         return world
 
     @cached_property

@@ -10,7 +10,7 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from eyehand.perception import Scene, SceneObject
+    from eyehand.perception import Scene, SceneObject, Superquadric, SuperquadricFit
 
     from .pick_state import SelectedGrasp
     from .report import PickReport
@@ -88,8 +88,17 @@ def have_same_size(one: SceneObject, other: SceneObject) -> bool:
     first, second = one.fit.superquadric, other.fit.superquadric
     if first is None or second is None:
         return False
-    a, b = np.sort(first.semi_axes), np.sort(second.semi_axes)
+    a, b = _half_sizes(first, one.fit), _half_sizes(second, other.fit)
     return bool((np.abs(a - b) <= np.maximum(SIZE_TOLERANCE_SHARE * b, SIZE_TOLERANCE)).all())
+
+
+def _half_sizes(solid: Superquadric, fit: SuperquadricFit) -> NDArray[np.float64]:
+    """Return half the widths of all parts along the axes of the largest, sorted, (3,), m."""
+    if len(fit.parts) < 2:
+        return np.sort(solid.semi_axes)
+    axes = solid.rotation.T
+    reach = [part.support(np.vstack([axes, -axes])) for part in fit.parts]
+    return np.sort(0.5 * np.max(reach, axis=0).reshape(2, 3).sum(axis=0))
 
 
 def _centre(item: SceneObject) -> NDArray[np.float64]:

@@ -103,10 +103,11 @@ def plan_prototypes(
         raise InputError(f"up must be 3 finite numbers, not all 0, got {up.tolist()}")
     hand = hand or nominal_hand()
     extents = measure_extents(solid, up)
-    mass = mass_range(solid.volume)
+    mass = mass_range(sum(part.volume for part in scene_object.fit.parts or (solid,)))
     context = GraspContext(
         hand=hand,
         solid=solid,
+        label=scene_object.label,
         neighbours=neighbour_points(scene_object, neighbours, hand),
         mass=mass[1],
         visible=scene_object.visible_share,

@@ -38,7 +38,7 @@ def warm_up() -> None:
 
     It perceives a small synthetic frame: two balls on a plane, one in front of the other. The
     frame is also segmented at half resolution, and with a coloured bin and missing readings in
-    view, which uses further kernels.
+    view, which uses further kernels. An angle on the plane needs the kernels of several parts.
     """
     camera = CameraIntrinsics(100.0, 100.0, 63.5, 47.5, 128, 96)
     rays = camera.rays()
@@ -50,6 +50,7 @@ def warm_up() -> None:
     depth = np.where(distance < 2.0, distance * rays[..., 2], 0.0)
     frame = DepthFrame(depth.astype(np.float32), camera)
     perceive(frame)
+    perceive(_angle_frame(camera))
     segment(frame, SegmentationOptions(stride=2))
     segment(_bin_frame(camera))
     # Small images have no slivers, no seams and no furniture.
@@ -58,6 +59,13 @@ def warm_up() -> None:
     ones = np.ones((8, 8), np.int32)
     replace_by_nearest(ones, np.array([False, True]), 1)
     count_inner(np.arange(8, dtype=np.int32), ones)
+
+
+def _angle_frame(camera: CameraIntrinsics) -> DepthFrame:
+    """Return a view from above on an angle of two bars."""
+    depth = np.full((camera.height, camera.width), 0.6, np.float32)
+    depth[30:70, 40:50] = depth[60:70, 40:80] = 0.56
+    return DepthFrame(depth, camera)
 
 
 def _bin_frame(camera: CameraIntrinsics) -> DepthFrame:

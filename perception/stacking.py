@@ -102,7 +102,8 @@ def rests_on(
     if solid is None or not fit:
         bottom = float(np.percentile(support.height(cloud), BOTTOM_PERCENTILE))
     else:
-        bottom = -float(solid.support(-support.normal)) + support.offset
+        parts = fit.parts or (solid,)
+        bottom = support.offset - max(float(part.support(-support.normal)) for part in parts)
     return 0 if bottom < MAX_BOTTOM_HEIGHT else None
 
 

@@ -140,6 +140,8 @@ def fit_superquadric(
         if divided is not fit:
             wrong = _wrong_pixels(divided, free_space, options)
             fit = _check_free_space(divided, wrong, free_space)
+        elif not fit and fit.covered_share > MAX_COVERED_SHARE:
+            fit = _constrained_solid(fit, observation, options)
     hidden_ends = occlusion_alternatives(fit, observation, options)
     return replace(
         fit,
@@ -147,6 +149,21 @@ def fit_superquadric(
         evidence=_view_evidence(observation, options),
         seconds=time.perf_counter() - start,
     )
+
+
+def _constrained_solid(
+    fit: SuperquadricFit, observation: Observation, options: FitOptions
+) -> SuperquadricFit:
+    """Return one solid under constraints in place of a fit that fills space seen to be empty.
+
+    Returns `fit` if the constraints do not help.
+    """
+    single = replace(options, max_parts=1)
+    mended = _fit_one_solid(observation, single)
+    if not mended.constrained:
+        return fit
+    shares = _wrong_pixels(mended, observation.free_space, options)
+    return _check_free_space(mended, shares, observation.free_space)
 
 
 def _view_evidence(observation: Observation, options: FitOptions) -> ViewEvidence:
@@ -303,7 +320,7 @@ def _avoid_free_space(
     are tried too, because they avoid more. The one with the best criterion is kept.
     """
     free_space = observation.free_space
-    # Parts explain such objects better: then no view of household meshes keeps a constrained solid.
+    # Parts are tried first: they explain such objects better.
     if free_space is None or options.optimiser == "lm" or options.max_parts > 1:
         return selected
     tolerance = COVERED_NOISE * options.noise

@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 
 from ..perpendicular import perpendicular_pair
+from .ring import Ring, find_ring, with_ellipse
 from .vessel import Rim
 
 if TYPE_CHECKING:
@@ -15,27 +16,10 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-SECTORS = 24
-"""Sectors about the middle of the rim in which the highest points are searched."""
-SECTOR_RANK = 2
-"""The top of a sector is its second highest point. The highest one has the most noise."""
-RIM_NOISE = 1.0
-"""The rim in a sector is the outermost point less than this below its top, in expected noise. A
-thick wall has a wide rim, whose highest point may lie anywhere on it."""
 ROUNDS = 2
 """Rounds in which rim and sectors follow each other. More rounds move the middle below 1 mm."""
-TRIMS = 2
-TRIM_RATIO = 3.0
-"""Points of the rim farther away than so many times the median do not count."""
 TOP_BAND = 0.15
 """Share of the height of the cloud below its top from which the first middle is computed."""
-MIN_SECTORS = 0.75
-"""Minimum share of the sectors that show the rim."""
-MAX_RIM_SPREAD = 0.06
-"""Maximum deviation of the rim from its ellipse over its mean radius, standard deviation. The
-nearer rim shows the outer edge, the farther one the inner edge. A square deviates by 0.1."""
-MAX_RIM_HEIGHT = 0.05
-"""Maximum deviation of the rim from its plane over its diameter, standard deviation."""
 MAX_TILT = 0.35
 """Maximum angle of the rim from the first direction, rad."""
 MIN_VIEW_SINE = 0.09
@@ -55,11 +39,6 @@ CELLS = 7
 MIN_CELLS = 0.6
 """Minimum share of cells with a reading on the object, or through a ring on other surfaces. Between
 these surfaces readings are left out."""
-MAX_ASPECT = 2.0
-"""Maximum ratio of the semi-axes of a rim."""
-ELLIPSE_GAIN = 2.0
-"""Ratio of the mean squares about circle and ellipse from which on the rim is an ellipse. It pays
-for two parameters of 24 sectors under strong evidence."""
 
 
 class Opening(NamedTuple):
@@ -90,21 +69,6 @@ class _Frame(NamedTuple):
     """(N, 3) points, m."""
     eye: NDArray[np.float64]
     """(3,) camera, m."""
-
-
-class _Ring(NamedTuple):
-    """Highest points around a middle."""
-
-    points: NDArray[np.float64]
-    """(S, 3) highest points of the sectors that show the rim, m."""
-    middle: NDArray[np.float64]
-    """(2,) middle of the ellipse, m."""
-    semi_axes: NDArray[np.float64]
-    """(2,) m."""
-    angle: float
-    """Angle of the first semi-axis, rad."""
-    plane: NDArray[np.float64]
-    """(3,) slopes and offset of the plane z = a x + b y + c."""
 
 
 def find_opening(
@@ -151,18 +115,18 @@ def _find_along(
     if frame.eye[2] <= frame.local[:, 2].max():
         return None
     middle = _first_middle(frame.local)
-    ring = _ring(frame.local, middle, noise)
+    ring = find_ring(frame.local, middle, noise)
     for _ in range(ROUNDS):
         if ring is None:
             return None
         frame, middle = _levelled(frame, ring, points, view_origin)
         if frame.axes[2] @ direction < np.cos(MAX_TILT):
             return None
-        ring = _ring(frame.local, middle, noise)
+        ring = find_ring(frame.local, middle, noise)
     if ring is None:
         return None
-    ring = _with_ellipse(ring)
-    if not _is_ring(ring, noise):
+    ring = with_ellipse(ring)
+    if not ring.is_level_ellipse(noise):
         return None
     found = (_entered(frame, ring, noise, beyond, share) for share in INNER_SHARES)
     return next((opening for opening in found if opening is not None), None)
@@ -183,84 +147,9 @@ def _first_middle(local: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.array(middle, dtype=np.float64)
 
 
-def _ring(local: NDArray[np.float64], middle: NDArray[np.float64], noise: float) -> _Ring | None:
-    """Return the highest points of the sectors about a middle (2,), and their circle.
-
-    A sector may miss the rim, because the search for outliers drops thin strips. Points far from
-    the plane or the circle of the others do not count.
-    """
-    offset = local[:, :2] - middle
-    sector = np.floor((np.arctan2(offset[:, 1], offset[:, 0]) / (2 * np.pi) + 0.5) * SECTORS)
-    order = np.lexsort((-local[:, 2], sector))
-    numbers, first, counts = np.unique(sector[order], return_index=True, return_counts=True)
-    kept = counts >= SECTOR_RANK
-    tops = np.full(SECTORS + 1, np.inf)
-    tops[numbers[kept].astype(int)] = local[order[first[kept] + SECTOR_RANK - 1], 2]
-    near_top = np.flatnonzero(local[:, 2] >= tops[sector.astype(int)] - RIM_NOISE * noise)
-    radii = np.linalg.norm(offset[near_top], axis=1)
-    order = near_top[np.lexsort((-radii, sector[near_top]))]
-    _, first = np.unique(sector[order], return_index=True)
-    highest = local[order[first]]
-    if len(highest) < MIN_SECTORS * SECTORS:
-        return None
-    ring = _circle(highest)
-    for _ in range(TRIMS):
-        error = np.hypot(_radial_error(ring, highest), _height_error(ring, highest))
-        kept = error <= TRIM_RATIO * float(np.median(error)) + noise
-        ring = _circle(highest[kept])
-    return ring if len(ring.points) >= MIN_SECTORS * SECTORS else None
-
-
-def _circle(highest: NDArray[np.float64]) -> _Ring:
-    """Return the circle and the plane through points (S, 3) with the least squares."""
-    x, y, z = highest.T
-    rows = np.column_stack([x, y, np.ones_like(x)])
-    targets = np.column_stack([x**2 + y**2, z])
-    solution, plane = np.linalg.lstsq(rows, targets, rcond=None)[0].T
-    middle = 0.5 * solution[:2]
-    radius = float(np.sqrt(max(solution[2] + middle @ middle, 0.0)))
-    return _Ring(highest, middle, np.array([radius, radius]), 0.0, plane)
-
-
-def _with_ellipse(circle: _Ring) -> _Ring:
-    """Return a ring with an ellipse if that is clearly closer than its circle."""
-    flat = circle.points[:, :2]
-    (x, y), (first, second), degrees = cv2.fitEllipseDirect((1e3 * flat).astype(np.float32))
-    semi_axes, angle = 0.5e-3 * np.array([first, second]), float(np.radians(degrees))
-    if second > first:
-        semi_axes, angle = semi_axes[::-1], angle + np.pi / 2
-    if not (np.all(np.isfinite(semi_axes)) and semi_axes[1] > 0):
-        return circle
-    ellipse = circle._replace(middle=1e-3 * np.array([x, y]), semi_axes=semi_axes, angle=angle)
-    gain = np.mean(_radial_error(circle, circle.points) ** 2) / max(
-        np.mean(_radial_error(ellipse, circle.points) ** 2), 1e-12
-    )
-    return ellipse if gain > ELLIPSE_GAIN else circle
-
-
-def _radial_error(ring: _Ring, points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the distances (S,) of points (S, 3) from the ellipse along their rays, m."""
-    scale = _ellipse_scale(ring, points[:, :2])
-    radius = np.linalg.norm(points[:, :2] - ring.middle, axis=1)
-    return radius * (1.0 - 1.0 / np.maximum(scale, 1e-9))
-
-
-def _height_error(ring: _Ring, points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the heights (S,) of points (S, 3) above the plane of the ring, m."""
-    return points[:, 2] - points[:, :2] @ ring.plane[:2] - ring.plane[2]
-
-
-def _ellipse_scale(ring: _Ring, flat: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the scale (N,) of the ellipse about its middle that touches points (N, 2)."""
-    c, s = np.cos(ring.angle), np.sin(ring.angle)
-    return np.linalg.norm(
-        (flat - ring.middle) @ np.array([[c, -s], [s, c]]) / ring.semi_axes, axis=1
-    )
-
-
 def _levelled(
     frame: _Frame,
-    ring: _Ring,
+    ring: Ring,
     points: NDArray[np.float64],
     view_origin: NDArray[np.float64],
 ) -> tuple[_Frame, NDArray[np.float64]]:
@@ -272,21 +161,9 @@ def _levelled(
     return levelled, levelled.axes[:2] @ middle
 
 
-def _is_ring(ring: _Ring, noise: float) -> bool:
-    """Return whether the highest points form a level ellipse."""
-    radius = float(np.mean(ring.semi_axes))
-    spread = float(np.sqrt(np.mean(_radial_error(ring, ring.points) ** 2)))
-    level = float(np.std(ring.points[:, 2]))
-    return (
-        ring.semi_axes[0] <= MAX_ASPECT * ring.semi_axes[1]
-        and spread <= MAX_RIM_SPREAD * radius + noise
-        and level <= MAX_RIM_HEIGHT * radius + noise
-    )
-
-
 def _entered(
     frame: _Frame,
-    ring: _Ring,
+    ring: Ring,
     noise: float,
     beyond: NDArray[np.float64],
     inner_share: float,
@@ -299,11 +176,11 @@ def _entered(
     if eye[2] - height < MIN_VIEW_SINE * away:
         return None
     crossing = _crossings(frame.local, eye, height)
-    scale = _ellipse_scale(ring, crossing)
+    scale = ring.scale(crossing)
     below = height - frame.local[:, 2]
     behind = beyond @ frame.axes.T
     passing = _crossings(behind, eye, height)
-    seen = (_ellipse_scale(ring, passing) < inner_share) & (height - behind[:, 2] > 0.0)
+    seen = (ring.scale(passing) < inner_share) & (height - behind[:, 2] > 0.0)
     inner = scale < inner_share
     if not _fills(ring, np.vstack([crossing[inner], passing[seen]]), inner_share):
         return None
@@ -342,12 +219,12 @@ def _crossings(
     return eye[:2] + (local[:, :2] - eye[:2]) * steps[:, None]
 
 
-def _fills(ring: _Ring, crossing: NDArray[np.float64], inner_share: float) -> bool:
+def _fills(ring: Ring, crossing: NDArray[np.float64], inner_share: float) -> bool:
     """Return whether crossings (K, 2) fill the inner ellipse."""
     return _cells(ring, crossing, inner_share) >= MIN_CELLS
 
 
-def _cells(ring: _Ring, crossing: NDArray[np.float64], inner_share: float) -> float:
+def _cells(ring: Ring, crossing: NDArray[np.float64], inner_share: float) -> float:
     """Return the share of the cells of the inner ellipse that crossings (K, 2) meet, 0-1."""
     c, s = np.cos(ring.angle), np.sin(ring.angle)
     unit = (crossing - ring.middle) @ np.array([[c, -s], [s, c]]) / (inner_share * ring.semi_axes)

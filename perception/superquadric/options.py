@@ -40,8 +40,8 @@ class FitOptions:
     points: int = 2000
     """Maximum number of points used. More points are more accurate; the time grows linearly."""
     optimiser: OptimiserName = "slsqp"
-    """Solver of the conflicts between a solid and a :class:`FreeSpace` if ``max_parts`` is 1. Fits
-    without a conflict take the same time with both; a conflict takes SLSQP 30 to 100 ms."""
+    """Solver of the conflicts between a solid and a :class:`FreeSpace` that parts do not solve.
+    Fits without a conflict take the same time with both; a conflict takes SLSQP 30 to 100 ms."""
     starts: int = 6
     """Boxes from which the search for a general superquadric starts, besides the solids of simpler
     kinds. Fewer starts are faster; more starts find the right minimum of unusual views."""
@@ -64,9 +64,9 @@ class FitOptions:
     """Gap to the support plane at which the contact loses its influence, m."""
     axis_range: tuple[float, float] = (0.002, 1.0)
     """Minimum and maximum semi-axis, m."""
-    max_parts: int = 1
-    """Maximum number of solids for one object, 1 to 8. More parts describe mugs, tools and
-    brackets, and take several times as long where one solid explains too little."""
+    max_parts: int = 4
+    """Maximum number of solids for one object, 1 to 8. Objects that one solid explains have one, in
+    the same time. Mugs, tools and bottles have more, in two to five times the time."""
     seed: int = 0
     """Seed of the random choice of points."""
 

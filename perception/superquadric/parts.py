@@ -26,6 +26,7 @@ from .shape import PARAMETER_COUNT, Superquadric
 from .validity import PLANE_PARAMETERS, check_residuals
 
 if TYPE_CHECKING:
+    from .free_space import FreeSpace
     from .model_selection import CandidateModel
     from .options import FitOptions
     from .problem import FitProblem, Observation
@@ -33,6 +34,9 @@ if TYPE_CHECKING:
 
 EXPLAINED_NOISE = 0.95
 """Residuals within this share of the expected noise are explained."""
+CLEAR_NOISE = 1.1
+"""The same for a solid that covers no empty ray. The correlated noise of a depth camera leaves up
+to 1.08 on simple solids, and parts of them never paid."""
 MARGIN = 10.0
 """Parts must lower the criterion by more than this: very strong evidence (Kass and Raftery 1995),
 because the best of many splits gains something by chance."""
@@ -77,7 +81,7 @@ def split_into_parts(
         The fit of the largest part by volume, with all parts and the residuals of their union;
         `whole` if more parts are no better.
     """
-    if _is_clearly_explained(whole, options):
+    if _is_clearly_explained(whole, observation.free_space, options):
         return whole
     cloud = prepare_part_cloud(observation, options)
     single, parameters = _single(whole, cloud)
@@ -99,14 +103,17 @@ def split_into_parts(
     return replace(whole, reason=f"{whole.reason} (no better in {counts} parts)")
 
 
-def _is_clearly_explained(whole: SuperquadricFit, options: FitOptions) -> bool:
+def _is_clearly_explained(
+    whole: SuperquadricFit, free_space: FreeSpace | None, options: FitOptions
+) -> bool:
     """Return whether a solid explains the points and covers no empty ray.
 
     Most objects end here, without the neighbours and the rays of a :class:`PartCloud`.
     """
     if whole.superquadric is None or whole.covered_share > 0.0:
         return False
-    return robust_square(whole.residuals, options.noise) < (EXPLAINED_NOISE * options.noise) ** 2
+    limit = EXPLAINED_NOISE if free_space is None else CLEAR_NOISE
+    return robust_square(whole.residuals, options.noise) < (limit * options.noise) ** 2
 
 
 def _single(whole: SuperquadricFit, cloud: PartCloud) -> tuple[PartAssignment, int]:
@@ -188,11 +195,12 @@ def _to_result(parts: _Parts, cloud: PartCloud, options: FitOptions) -> Superqua
     reason = check_residuals(residuals, unit, options)
     _, models, problem = refined[0]
     models = [models[0], *(model for model in models[1:] if is_finite(model.shape))]
+    largest = describe_fit(models, problem, options)
+    assert largest.superquadric is not None
     return replace(
-        describe_fit(models, problem, options),
-        superquadric=solids[0],
+        largest,
         residuals=residuals,
         converged=not reason,
         reason=reason,
-        parts=solids,
+        parts=(largest.superquadric, *solids[1:]),
     )

@@ -57,7 +57,7 @@ BOARD = DialBoard(
             "plane_weight": (_DEFAULT.plane_weight, 0.0),
         },
     ),
-    quick={"max_parts": (1, 3), "points": (100, 300), "optimiser": ("lm",), "kinds": (NO_TAPER,)},
+    quick={"max_parts": (1, 4), "points": (100, 300), "optimiser": ("lm",), "kinds": (NO_TAPER,)},
     words={
         **{("points", points): f"{points} points" for points in POINTS},
         **{("optimiser", name): name for name in _OPTIMISERS},

@@ -37,12 +37,11 @@ if TYPE_CHECKING:
     from .fit_answer import FitAnswer
 
 QUICK_CASES = 2
-PARTS = 3
-"""Default maximum number of parts for compounds. Few of them have more."""
 MESH_BASELINES = ("ems",)
 """Baselines on meshes, unless others are named."""
-IN_PARTS = f"{OWN}, {PARTS} parts"
-"""Name of our fit with parts."""
+PARTS = FitOptions().max_parts
+ONE_SOLID, IN_PARTS = f"{OWN}, 1 solid", f"{OWN}, {PARTS} parts"
+"""Names of our fit with one solid, and with as many parts as by default."""
 
 
 def evaluate_fit(
@@ -85,7 +84,8 @@ def evaluate_fit(
     points
         Number of points of a cloud that the fit uses. Default: that of the fit options.
     max_parts
-        Maximum number of parts of an object. Default: 1; for compounds and meshes both 1 and 3.
+        Maximum number of parts of an object. Default: that of the fit options; for compounds and
+        meshes also 1.
     budget_ms
         Use the stored settings for this time per fit, ms. Other given options override them.
     quick
@@ -107,7 +107,7 @@ def evaluate_fit(
     if meshes is not None and meshes.meshes:
         meshes.check()
         methods = {
-            f"{OWN}, 1 solid": replace(own, max_parts=1),
+            ONE_SOLID: replace(own, max_parts=1),
             IN_PARTS: replace(own, max_parts=PARTS),
         }
         if max_parts is not None:
@@ -121,8 +121,8 @@ def evaluate_fit(
     for group in dict.fromkeys(groups or get_args(Group)):
         fitters = [own_fitter(OWN, own)]
         if group == "compound" and max_parts is None:
-            split = own_fitter(IN_PARTS, replace(own, max_parts=PARTS))
-            fitters.append(replace(split, name=IN_PARTS))
+            single = own_fitter(ONE_SOLID, replace(own, max_parts=1))
+            fitters.append(replace(single, name=ONE_SOLID))
         rows += _fitted([*fitters, *baselines], group, range(seed, seed + cases))
     summary = summary_rows(rows)
     write_csv(out / "cases.csv", rows)

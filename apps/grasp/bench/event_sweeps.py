@@ -62,8 +62,9 @@ def displaced_scene(scene: Scene, offset: np.ndarray) -> Scene:
         solid = item.fit.superquadric
         if solid is None:
             return replace(item, points=item.points + offset)
-        solid = replace(solid, pose=shift * solid.pose)
-        return replace(item, points=item.points + offset, fit=replace(item.fit, superquadric=solid))
+        solids = [replace(one, pose=shift * one.pose) for one in item.fit.parts or (solid,)]
+        fit = replace(item.fit, superquadric=solids[0], parts=tuple(solids))
+        return replace(item, points=item.points + offset, fit=fit)
 
     return replace(scene, objects=tuple(map(moved, scene.objects)))
 

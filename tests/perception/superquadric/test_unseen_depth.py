@@ -5,7 +5,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform, Rotation
 
-from eyehand.perception import Superquadric, SuperquadricFit, fit_superquadric
+from eyehand.perception import FitOptions, Superquadric, SuperquadricFit, fit_superquadric
 from eyehand.perception.superquadric import sample_surface
 
 NOISE = 0.001
@@ -21,9 +21,13 @@ def visible_cloud(solid: Superquadric, eye: NDArray[np.float64]) -> NDArray[np.f
     return points[facing][:1500] + rng.normal(0.0, NOISE, (min(facing.sum(), 1500), 3))
 
 
-def fit_view(solid: Superquadric, eye: NDArray[np.float64]) -> SuperquadricFit:
+def fit_view(
+    solid: Superquadric, eye: NDArray[np.float64], max_parts: int = FitOptions().max_parts
+) -> SuperquadricFit:
     table = np.array([0.0, 0.0, 1.0, 0.0])
-    return fit_superquadric(visible_cloud(solid, eye), view_origin=eye, support_plane=table)
+    options = FitOptions(max_parts=max_parts)
+    cloud = visible_cloud(solid, eye)
+    return fit_superquadric(cloud, view_origin=eye, support_plane=table, options=options)
 
 
 def box(yaw: float = 0.0) -> Superquadric:
@@ -32,8 +36,15 @@ def box(yaw: float = 0.0) -> Superquadric:
     return Superquadric(np.array(HALF), (0.05, 0.05), pose, "box")
 
 
-def test_face_of_a_box_has_alternatives_from_thin_to_deep():
+def test_face_of_a_box_has_a_deeper_alternative():
     fit = fit_view(box(), EYE)
+    assert fit.ambiguous
+    side = np.array([0.0, 1.0, 0.0])
+    assert float(fit.alternatives[-1].superquadric.support(side)) > HALF[1]
+
+
+def test_face_of_a_box_has_alternatives_from_thin_to_deep():
+    fit = fit_view(box(), EYE, max_parts=1)
     assert fit.ambiguous
     thin, deep = fit.alternatives[-2:]
     side = np.array([0.0, 1.0, 0.0])

@@ -61,8 +61,8 @@ def test_quick_run_prints_a_row_per_group(tmp_path, capsys):
     with (tmp_path / "cases.csv").open(encoding="utf-8") as file:
         table = list(csv.DictReader(file))
     assert len(table) == 2 * len(report["rows"])
-    assert {row["method"] for row in table} == {"eyehand", "eyehand, 3 parts"}
-    one, parts = report["rows"][-2:]
+    assert {row["method"] for row in table} == {"eyehand", "eyehand, 1 solid"}
+    parts, one = report["rows"][-2:]
     assert one["iou_median_pct"] < parts["iou_median_pct"]
 
 
