@@ -138,7 +138,7 @@ def _put_down_poses(cell: Cell, state: PickState) -> list[_PutDown]:
     centre_in_palm = state.T_palm_world_at_grasp.apply(centre)
     # The object stays upright; its rotation about the vertical is free. A sphere has no upright
     # axis, so the palm faces down.
-    sphere = solid is not None and solid.kind == "sphere"
+    sphere = solid is not None and solid.kind == "sphere" and len(fit.parts) < 2
     axis = -UP if sphere else palm.rotation.inv().apply(UP)
     poses = [_put_down(cell, size, AxisAlignment(axis, UP), centre_in_palm, size.below)]
     facing_down = float(palm.rotation.as_matrix()[:, 2] @ -UP)

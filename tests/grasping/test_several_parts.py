@@ -9,7 +9,7 @@ from scipy.spatial.transform import RigidTransform
 from eyehand.grasping import select_prototype
 from eyehand.grasping.hand_clearance import neighbour_points
 from eyehand.grasping.hands import nominal_hand
-from eyehand.grasping.pick_verification import _same_size
+from eyehand.grasping.pick_verification import have_same_size
 from eyehand.perception import SceneObject, Superquadric, SupportPlane
 from eyehand.perception.stacking import SurfaceBelow, rests_on
 
@@ -63,8 +63,8 @@ def test_lowest_part_rests_on_the_table(drop, below):
     assert rests_on(np.full((1, 3), 0.1), fit, SurfaceBelow(0.0, 0), plane) == below
 
 
-def test_same_size_compares_all_parts():
+def testhave_same_size_compares_all_parts():
     one = can(0.03, 0.16)
     longer = with_part(one, solid_box((0.1, 0.01, 0.01), (0.0, 0.0, 0.1)))
-    assert _same_size(longer, longer)
-    assert not _same_size(longer, one)
+    assert have_same_size(longer, longer)
+    assert not have_same_size(longer, one)
