@@ -24,6 +24,7 @@ from .local_planes import fit_local_planes
 from .options import SegmentationOptions
 from .parallel_planes import flat_readings
 from .regions import relabel_by_size, relabel_with_reasons
+from .remove_attached import remove_attached
 from .remove_walls import remove_walls
 from .result import Segmentation
 from .scene_warnings import find_warnings
@@ -145,7 +146,10 @@ def _segment_candidates(
     )
     clock.finish("join")
     pieces = select_objects(labels, image, supports, min_patch, options.max_extent)
-    labels = relabel_by_size(pieces, options.min_object)
+    kept = relabel_by_size(pieces, options.min_object)
+    labels = remove_attached(kept, labels, image, planes)
+    if labels is not kept:
+        pieces[(kept > 0) & (labels == 0)] = 0
     clock.finish("select")
     if supports:
         labels = join_floating(labels, image, planes, supports[0].plane)

@@ -1,0 +1,77 @@
+"""Remove regions that are parts of a person, a robot or furniture that the image cuts off."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .label_pixels import renumber_labels
+from .regions import count_border_pairs
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from .local_planes import LocalPlanes
+    from .working_image import WorkingImage
+
+MIN_CONTACT = 0.02
+"""Minimum share of a region's border in contact with the surroundings. Objects beside a wall have a
+depth step to it, and a share of at most 0.02."""
+MIN_BESIDE = 0.1
+"""Minimum share of its border beside the surroundings, with or without a depth step."""
+MAX_OBJECT_CONTACT = 0.05
+"""Maximum share of its border in contact with other regions. Parts of objects in a heap touch each
+other."""
+BORDER = 2
+"""Distance from the border of the image at which it cuts a region off, px."""
+
+
+def remove_attached(
+    kept: NDArray[np.int32],
+    regions: NDArray[np.int32],
+    image: WorkingImage,
+    planes: LocalPlanes,
+) -> NDArray[np.int32]:
+    """Remove the regions that belong to the surroundings, and number the others in their order.
+
+    The surroundings are the regions at the border of the image that are no objects: a robot, a
+    person, a wall. Their parts stand apart from them in the graph of patches, but touch them.
+
+    Parameters
+    ----------
+    kept
+        The regions that may be objects, 1..n (H, W).
+    regions
+        All regions (H, W), 0 = none.
+    image
+        Their image. It is larger than the regions except at the border of the whole image.
+    planes
+        Its local planes.
+    """
+    rim = (regions[:BORDER], regions[-BORDER:], regions[:, :BORDER], regions[:, -BORDER:])
+    at_border = np.zeros(int(regions.max(initial=0)) + 1, np.bool_)
+    at_border[np.concatenate([edge.ravel() for edge in rim])] = True
+    at_border[0] = False
+    if not at_border.any():
+        return kept
+    outer = at_border[regions] & (kept == 0)
+    if not outer.any():
+        return kept
+    count = int(kept.max(initial=0))
+    borders = count_border_pairs(np.where(outer, count + 1, kept).astype(np.int32), image, planes)
+    stays = np.ones(count + 1, np.bool_)
+    stays[0] = False
+    for label in range(1, count + 1):
+        contact = borders.contact[label].sum(axis=1)
+        steps = (
+            borders.occluding[label, count + 1].sum() + borders.occluding[count + 1, label].sum()
+        )
+        length = max(borders.perimeter(label), 1)
+        touching = contact[count + 1] / length
+        attached = touching >= MIN_CONTACT and touching + steps / length >= MIN_BESIDE
+        if attached and contact[1 : count + 1].sum() <= MAX_OBJECT_CONTACT * length:
+            stays[label] = False
+    if stays[1:].all():
+        return kept
+    return renumber_labels(kept, np.where(stays, np.cumsum(stays), 0).astype(np.int32))
