@@ -3,9 +3,10 @@
 Equation numbers refer to Haschke's chapter.
 """
 
-from .approach import ApproachController, ControlStep
+from .approach import ApproachController
 from .collision_options import CollisionOptions, CoverOptions
 from .collision_world import CollisionWorld
+from .control_step import ControlStep
 from .joint_path import JointPath
 from .link_volumes import LinkVolumes
 from .motion_steps import nominal_motion

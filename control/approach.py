@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,12 +12,22 @@ from eyehand.errors import InputError
 
 from .array_checks import checked_array
 from .braking_kernels import brake_command
+from .control_step import ControlStep, control_step
 from .cycle import ControlCycle
 from .options import ControlOptions
+from .posture_checks import jump_reason, posture_fault
+from .progress import Progress
 from .repulsion import require_stable
-from .stack import solve_stack
+from .retreat import (
+    AT_RETREAT_GOAL,
+    RETREAT_HAND_SPEED,
+    RETREAT_PATIENCE,
+    RETREAT_SECONDS,
+    RETREAT_SPEED,
+    retreat_configurations,
+)
+from .stuck_reason import why_stuck
 from .tasks.posture import Posture
-from .tasks.task import DEFAULT_LINEAR_SPEED
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -25,64 +35,16 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from .collision_world import CollisionWorld
+    from .control_step import Phase, Status
     from .motion_steps import CycleResult
-    from .robot_model import RobotModel
     from .robot_state import RobotState
     from .tasks.task import Task
 
-Status = Literal["moving", "reached", "stuck", "infeasible", "stopped"]
-"""Status of a motion. ``stuck``: safe, but without progress. ``infeasible``: not all safety bounds
-can be satisfied. ``stopped``: at standstill after :meth:`ApproachController.stop`."""
-Phase = Literal["approach", "retreat", "path", "stop"]
-"""Phase of a motion. A stuck motion retreats before it tries again, or follows a planned path."""
-
+TOO_NEAR = 1e-3
+"""Violation of the margin that is reported, m. Smaller ones are errors of linearisation."""
 ARRIVAL_SHARE = 0.15
 """Maximum share of its speed limit at which a joint has arrived. Near a singularity the hand can be
 at its goal while the joints still turn fast, and a caller that ends there would stop them hard."""
-AT_RETREAT_GOAL = 0.1
-"""Maximum norm of the joint differences at which a retreat ends, rad. It need not be exact."""
-MIN_PROGRESS = 0.01
-"""Minimum decrease of an error that counts as progress, m or rad. With a larger value, a slow
-motion counts as stuck earlier."""
-RELATIVE_PROGRESS = 0.1
-"""A decrease by this fraction of the smallest error so far counts as progress too. It is the
-smaller one near the goal."""
-MAX_MISSING_RATE = 0.5
-"""Maximum fraction of the rate of a task that the stack may miss without obstacles. If it misses
-less, repulsion blocks the task, and not a lack of joints."""
-RETREAT_PATIENCE = 0.3
-"""A retreat ends after this time without progress, s."""
-RETREAT_SPEED = 1.5
-"""Upper limit of the norm of the joint velocities of a retreat, rad/s."""
-RETREAT_HAND_SPEED = DEFAULT_LINEAR_SPEED
-"""Speed limit of the controlled frame in a retreat, m/s."""
-RETREAT_SECONDS = 20.0
-"""Time limit of a retreat, s. The motion then tries again from where it is."""
-
-
-@dataclass(frozen=True)
-class ControlStep:
-    """The result of one control cycle."""
-
-    velocity: NDArray[np.float64]
-    """Joint velocities to command, (n,), rad/s (m/s of sliding joints)."""
-    status: Status
-    """Status of the motion."""
-    reason: str
-    """Why the motion is stuck or infeasible; empty otherwise."""
-    phase: Phase
-    """Whether the motion drives the tasks, retreats, or follows a path."""
-    errors: tuple[float, ...]
-    """Norm of the error of each task, m or rad."""
-    clearance: float
-    """Minimum distance of all pairs nearer than the cut-off, m; inf if there are none."""
-    beta: tuple[float, ...]
-    """Weight of avoidance in each task (eq. 8)."""
-    blocking: tuple[str, ...]
-    """Names of the active constraints of the safety level, strongest first."""
-
-    def __bool__(self) -> bool:
-        return self.status in ("moving", "reached", "stopped")
 
 
 class ApproachController:
@@ -127,6 +89,10 @@ class ApproachController:
         self._instant = instant
         self._cycles: dict[int, ControlCycle] = {}
         self._last = np.zeros((2, self.robot.n))
+        self._limits = self.robot.limits()
+        self._progress = Progress(self.options.tolerance, self.options.dt)
+        # Largest clearance so far, at most the margin.
+        self._least = -np.inf
         self.restart()
 
     @property
@@ -143,6 +109,7 @@ class ApproachController:
         """Reset the progress of the motion, for example after new obstacles were added."""
         self._phase: Phase = "approach"
         self._retreats = 0
+        self._posture = np.full(self.robot.n, np.nan)
         self._begin()
 
     @property
@@ -179,17 +146,26 @@ class ApproachController:
     def step(self, q: NDArray[np.float64]) -> ControlStep:
         """Return the joint velocities for joint positions q (n,), and advance time by one period.
 
-        The robot is assumed to hold the velocity for one period.
+        The robot is assumed to hold the velocity for one period. The status is ``infeasible`` if a
+        joint jumped farther since the last call than its speed limit allows.
 
         Raises
         ------
         InputError
-            If q has another shape, or is not finite.
+            If q has another shape, is not finite, or is far outside the joint limits.
         """
+        q = self.robot.checked(q)
+        fault = posture_fault(q, self._posture, self._limits, self._options.dt)
+        if fault:
+            reason = jump_reason(fault, q, self._posture, self.robot, self._options.dt)
+            self._posture = q
+            return replace(self.stop(q), status="infeasible", reason=reason)
+        self._posture = q
+        if not self._instant:
+            self.world.advance(self._options.dt)
         motion = self._motion(q)
-        velocity = motion.velocity
-        phase, errors, blocking = self._phase, motion.errors, motion.blocking
-        self.commit(velocity)
+        self._last = motion.command
+        phase, errors = self._phase, motion.errors
         if phase == "retreat":
             left, *rest = errors
             errors = tuple(rest)
@@ -197,12 +173,28 @@ class ApproachController:
         status, reason = "moving", ""
         if not motion.feasible:
             status = "infeasible"
-            reason = f"cannot keep the margin: {', '.join(blocking[:3]) or 'no reason'}"
+            reason = f"cannot keep the margin: {', '.join(motion.blocking[:3]) or 'no reason'}"
         elif phase == "approach":
             status, reason = self._judge(q, motion)
-        return ControlStep(
-            velocity, status, reason, phase, errors, motion.clearance, motion.beta, blocking
-        )
+        if motion.clearance >= self._options.margin:
+            self._least = self._options.margin
+        elif self._options.safety:
+            status, reason = self._violation(q, motion.clearance) or (status, reason)
+        return control_step(motion, status, reason, phase, errors)
+
+    def _violation(self, q: NDArray[np.float64], clearance: float) -> tuple[Status, str] | None:
+        """Return status and reason if an obstacle came nearer than the margin.
+
+        A motion that starts inside the margin is not a violation, unless it goes deeper.
+        """
+        self._least = max(self._least, clearance)
+        if clearance >= self._least - TOO_NEAR:
+            return None
+        proximity = self.world.proximity(q)
+        first, second = proximity.names[int(np.argmin(proximity.distance))]
+        if clearance < 0.0:
+            return "contact", f"{first} and {second} overlap by {-1e3 * clearance:.1f} mm"
+        return "too_near", f"{first} is {1e3 * clearance:.1f} mm from {second}"
 
     def stop(self, q: NDArray[np.float64]) -> ControlStep:
         """Return joint velocities (n,) that brake within the limits, and advance one period.
@@ -216,6 +208,8 @@ class ApproachController:
             If q has another shape, or is not finite.
         """
         state = self.robot.at(q)
+        self.world.advance(self._options.dt)
+        self._posture = state.q
         proximity = self.world.proximity(state.q)
         velocity = brake_command(self._last, self.robot.limits(), self.options.dt)
         self.commit(velocity)
@@ -231,33 +225,44 @@ class ApproachController:
         )
 
     def _begin(self) -> None:
-        self._best: tuple[float, ...] = ()
-        self._stalled = 0.0
+        self._progress.restart()
         self._clock = 0.0
+
+    def warm_up(self) -> None:
+        """Load all compiled code, so that no later cycle has to; this takes up to a second."""
+        q, still = self.robot.home, np.zeros((2, self.robot.n))
+        for number in range(1 + self._options.retreats):
+            cycle = self._cycle(number)
+            cycle.at(q, still)
+            cycle.in_steps(q, still)
+        posture_fault(q, q, self._limits, self._options.dt)
+        brake_command(still, self._limits, self._options.dt)
 
     def _motion(self, q: NDArray[np.float64]) -> CycleResult:
         """Return the motion to the tasks or, in a retreat, to a retreat configuration."""
-        # Cycle 0 drives the tasks, cycle k the k-th retreat.
-        number = self._retreats if self._phase == "retreat" else 0
-        cycle = self._cycles.get(number)
-        if cycle is None:
-            if number:
-                configurations = retreat_configurations(self.robot)
-                configuration = configurations[(number - 1) % len(configurations)]
-                tasks, watched = (Posture(configuration, speed=RETREAT_SPEED),), self.tasks
-                frame_speed = RETREAT_HAND_SPEED
-            else:
-                tasks, watched, frame_speed = self.tasks, (), np.inf
-            cycle = ControlCycle(
-                self.world,
-                tasks,
-                self.options,
-                watched,
-                frame_speed=frame_speed,
-                instant=self._instant,
-            )
-            self._cycles[number] = cycle
-        return cycle.at(q, self._last)
+        cycle = self._cycle(self._retreats if self._phase == "retreat" else 0)
+        motion = cycle.compiled(q, self._last)
+        return cycle.in_steps(q, self._last) if motion is None else motion
+
+    def _cycle(self, number: int) -> ControlCycle:
+        """Return the cycle that drives the tasks (number 0), or the cycle of a retreat."""
+        if number in self._cycles:
+            return self._cycles[number]
+        tasks, watched, frame_speed = self.tasks, (), np.inf
+        if number:
+            configurations = retreat_configurations(self.robot)
+            configuration = configurations[(number - 1) % len(configurations)]
+            tasks, watched = (Posture(configuration, speed=RETREAT_SPEED),), self.tasks
+            frame_speed = RETREAT_HAND_SPEED
+        self._cycles[number] = cycle = ControlCycle(
+            self.world,
+            tasks,
+            self.options,
+            watched,
+            frame_speed=frame_speed,
+            instant=self._instant,
+        )
+        return cycle
 
     def commit(self, velocity: NDArray[np.float64]) -> None:
         """Remember a velocity (n,) as the command of this cycle."""
@@ -265,13 +270,15 @@ class ApproachController:
         self._last = np.array([velocity, (velocity - last[0]) / self.options.dt])
 
     def _judge(self, q: NDArray[np.float64], motion: CycleResult) -> tuple[Status, str]:
-        errors = tuple([motion.errors[index] for index in self._counted])
+        errors = motion.errors
+        if len(errors) > len(self._counted):
+            errors = tuple([errors[index] for index in self._counted])
         if max(errors) <= self.options.tolerance:
             if np.any(np.abs(motion.velocity) > ARRIVAL_SHARE * self.robot.speed):
                 return "moving", ""
             self.restart()
             return "reached", ""
-        if self._time_without_progress(errors) < self.options.patience:
+        if self._progress.time_without(errors) < self.options.patience:
             return "moving", ""
         # If the first task is reached and no constraint is active, the tasks conflict. Then a
         # retreat does not help.
@@ -281,52 +288,14 @@ class ApproachController:
             self._retreats += 1
             self._begin()
             return "moving", ""
-        return "stuck", self._what_blocks(q, errors, motion)
+        return "stuck", why_stuck(self.robot.at(q), self.tasks, self._counted, self.options, motion)
 
     def _update_retreat(self, left: float, feasible: bool) -> None:
         self._clock += self.options.dt
-        arrived = left < AT_RETREAT_GOAL or self._time_without_progress((left,)) > RETREAT_PATIENCE
+        arrived = left < AT_RETREAT_GOAL or self._progress.time_without((left,)) > RETREAT_PATIENCE
         if arrived or self._clock > RETREAT_SECONDS or not feasible:
             self._phase = "approach"
             self._begin()
-
-    def _time_without_progress(self, errors: tuple[float, ...]) -> float:
-        """Return the time without progress, s: no error fell enough below its minimum so far.
-
-        When an error falls, the minima of the tasks below it are reset, because their errors may
-        have to grow. Each error can fall only a limited number of times, so every motion ends.
-        """
-        options = self.options
-        if not self._best:
-            self._best, self._stalled = errors, 0.0
-            return 0.0
-        for index, (error, best) in enumerate(zip(errors, self._best, strict=True)):
-            enough = min(MIN_PROGRESS, RELATIVE_PROGRESS * best)
-            if best > options.tolerance and error < best - enough:
-                self._best = (*self._best[:index], *errors[index:])
-                self._stalled = 0.0
-                return 0.0
-        self._stalled += options.dt
-        return self._stalled
-
-    def _what_blocks(
-        self, q: NDArray[np.float64], errors: tuple[float, ...], motion: CycleResult
-    ) -> str:
-        options = self.options
-        unmet = [
-            f"{self.tasks[index].name} {error:.3g} off"
-            for index, error in zip(self._counted, errors, strict=True)
-            if error > options.tolerance
-        ]
-        if motion.blocking:
-            return f"{', '.join(unmet)}: blocked by {', '.join(motion.blocking[:3])}"
-        if len(self.tasks) > 1 and errors[0] <= options.tolerance:
-            return f"{', '.join(unmet)}: the tasks above leave no joint motion free"
-        if motion.clearance < options.influence and _moves_without_obstacles(
-            self.robot.at(q), self.tasks, options
-        ):
-            return f"{', '.join(unmet)}: repulsion balances the motion to the goal"
-        return f"{', '.join(unmet)}: out of reach from here"
 
 
 def counted(tasks: Sequence[Task]) -> tuple[int, ...]:
@@ -338,32 +307,9 @@ def counted(tasks: Sequence[Task]) -> tuple[int, ...]:
     return tuple(ending or range(len(tasks)))
 
 
-def retreat_configurations(robot: RobotModel) -> tuple[NDArray[np.float64], ...]:
-    """Return the configurations (n,) to try again from: home and its mirror image.
-
-    The mirror image bends elbow and wrist the other way, which is often necessary to pass an
-    obstacle. A joint is mirrored about the middle of its range, or about zero if it has no range.
-    """
-    ranged = np.isfinite(robot.lower) & np.isfinite(robot.upper)
-    span = np.add(robot.lower, robot.upper, out=np.zeros(robot.n), where=ranged)
-    return robot.home, span - robot.home
-
-
 def _lever(state: RobotState) -> float:
     """Return the maximum motion of the frame per unit of joint motion, m."""
     return float(np.linalg.norm(state.jacobian[:3], 2))
-
-
-def _moves_without_obstacles(
-    state: RobotState, tasks: tuple[Task, ...], options: ControlOptions
-) -> bool:
-    """Return whether the first task that is not reached would move without obstacles."""
-    task_rows = [task.at(state) for task in tasks]
-    missing = solve_stack(task_rows, speed=state.speed).missing
-    for rows, rest in zip(task_rows, missing, strict=True):
-        if rows.unmet > options.tolerance:
-            return rest < MAX_MISSING_RATE * float(np.linalg.norm(rows.rate))
-    return False
 
 
 def _checked(tasks: Sequence[Task]) -> tuple[Task, ...]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .braking_kernels import Brake, advance_of, joint_bounds
-from .distance_bounds import is_moving
+from .distance_bounds import is_moving, limit_approach
 from .packed_options import DT, pack_options
 from .safety_kernels import SafetyRows, min_distance_rate
 
@@ -72,11 +72,11 @@ def command_rows(
     rows, rates = np.zeros((0, len(q))), np.zeros(0)
     if braking is not None and braking.at_stop is not None:
         at_stop, rows = braking.at_stop, proximity.rows
-        rates = _rates(proximity, packed, True)
+        rates = _rates(proximity, limits, packed, True)
         if not recover:
             rates = np.minimum(rates, rows @ brake.command)
     rows_at_stop = at_stop.rows * (brake.advance / packed[DT])
-    rates_at_stop = _rates(at_stop, packed, recover) + rows_at_stop @ brake.command
+    rates_at_stop = _rates(at_stop, limits, packed, recover) + rows_at_stop @ brake.command
     return SafetyRows(
         low,
         high,
@@ -92,8 +92,15 @@ def bounding_pairs(proximity: Proximity, braking: Braking | None) -> tuple[tuple
     return (*proximity.names, *braking.at_stop.names)
 
 
-def _rates(proximity: Proximity, packed: NDArray[np.float64], recover: bool) -> NDArray[np.float64]:
-    pairs = zip(proximity.distance.tolist(), proximity.drift.tolist(), strict=True)
+def _rates(
+    proximity: Proximity,
+    limits: NDArray[np.float64],
+    packed: NDArray[np.float64],
+    recover: bool,
+) -> NDArray[np.float64]:
+    drift = proximity.drift.copy()
+    limit_approach(proximity.distance, proximity.rows, drift, limits, packed)
+    pairs = zip(proximity.distance.tolist(), drift.tolist(), strict=True)
     rates = [min_distance_rate(distance, drift, packed, recover) for distance, drift in pairs]
     return np.array(rates, dtype=np.float64)
 

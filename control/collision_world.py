@@ -12,8 +12,9 @@ from eyehand.errors import InputError
 from .array_checks import checked_array
 from .collision_options import CollisionOptions
 from .collision_pairs import candidate_pairs, find_collision_geoms
-from .held_object import HeldObject, held_row, touchable_geoms
-from .proximity import Proximity
+from .held_object import HeldObject, held_pairs, held_row
+from .obstacle_motion import ObstacleMotions
+from .proximity import Proximity, proximity_of
 from .proximity_kernels import near_pairs, pair_distance
 from .proximity_tables import ProximityTables, kernel_arguments, shape_row
 from .robot_model import RobotModel
@@ -75,7 +76,7 @@ class CollisionWorld:
         self._file_geoms = find_collision_geoms(robot)
         self._obstacles: dict[str, Obstacle] = {}
         self._held: dict[str, HeldObject] = {}
-        self._velocities: dict[str, NDArray[np.float64]] = {}
+        self._motions = ObstacleMotions()
         self._geoms: dict[str, int] = {}
         self._slots = SLOTS
         for obstacle in checked_obstacles(obstacles):
@@ -129,9 +130,10 @@ class CollisionWorld:
         pose
             Its new pose in the world (T_world_obstacle).
         velocity
-            Its twist [v; ω] (6,) at its origin, world axes, m/s and rad/s; None if it stands still.
-            The twist is valid until the next move. It does not move the obstacle. It is the cause
-            of :attr:`Proximity.drift`.
+            Its twist [v; ω] (6,) at its origin, world axes, m/s and rad/s, the cause of
+            :attr:`Proximity.drift`. It is valid until the next move, and does not move the
+            obstacle. None estimates it from the poses since earlier control cycles. Between two
+            poses the obstacle then moves on with this velocity, for 0.25 s at most.
 
         Raises
         ------
@@ -140,10 +142,28 @@ class CollisionWorld:
         """
         obstacle = self._known(name)
         check_pose(pose, name)
-        twist = np.zeros(6) if velocity is None else velocity
-        self._velocities[name] = checked_array(f"{name}: velocity [v; ω]", twist, (6,))
+        if velocity is None:
+            self._motions.observe(name, pose)
+        else:
+            self._motions.give(name, checked_array(f"{name}: velocity [v; ω]", velocity, (6,)))
         self._obstacles[name] = replace(obstacle, pose=pose)
         self._update_geom(name)
+
+    def velocity(self, name: str) -> tuple[NDArray[np.float64], float]:
+        """Return the twist [v; ω] (6,) of an obstacle, and the standard deviation of v, m/s.
+
+        Raises
+        ------
+        InputError
+            If the name is unknown.
+        """
+        self._known(name)
+        return self._motions.twist(name), self._motions.deviation(name)
+
+    def advance(self, dt: float) -> None:
+        """Advance the time of the control cycles by dt, s. :class:`ApproachController` calls it."""
+        for name, shift in self._motions.advance(dt):
+            self._update_geom(name, shift=shift)
 
     def remove(self, name: str) -> None:
         """Remove an obstacle.
@@ -155,7 +175,7 @@ class CollisionWorld:
         """
         self._known(name)
         del self._obstacles[name]
-        self._velocities.pop(name, None)
+        self._motions.forget(name)
         del self._geoms[name]
         self._update_tables()
 
@@ -206,21 +226,7 @@ class CollisionWorld:
         InputError
             If q is not n finite numbers.
         """
-        q = self.robot.checked(q)
-        found = near_pairs(q, *self._arguments)
-        index, distance, normal, on_robot, on_other, rows, drift = found
-        # The frozen constructor would take as long as several distances.
-        proximity = object.__new__(Proximity)
-        vars(proximity).update(
-            names=tuple([self.tables.names[pair] for pair in index.tolist()]),
-            distance=distance,
-            normal=normal,
-            on_robot=on_robot,
-            on_other=on_other,
-            rows=rows,
-            drift=drift,
-        )
-        return proximity
+        return proximity_of(near_pairs(self.robot.checked(q), *self._arguments), self.pair_names)
 
     def _insert(self, name: str, shape: Shape) -> None:
         """Put a new object into a free slot, or compile the world again."""
@@ -256,8 +262,10 @@ class CollisionWorld:
         for name, shape in shapes.items():
             self._update_geom(name, shape)
 
-    def _update_geom(self, name: str, shape: Shape | None = None) -> None:
-        """Write an object's pose and velocity, and its shape if it is new, into the model."""
+    def _update_geom(
+        self, name: str, shape: Shape | None = None, *, shift: ArrayLike = 0.0
+    ) -> None:
+        """Write pose, shifted (3,), and velocity of an object into the model, and a new shape."""
         world, geom = self._world, self._geoms[name]
         if shape is not None and not isinstance(shape, ConvexMesh):
             fill_slot(world.model, geom, shape)
@@ -267,10 +275,10 @@ class CollisionWorld:
             return
         pose = self._obstacles[name].pose
         mocap = world.model.body_mocapid[world.model.geom_bodyid[geom]]
-        world.data.mocap_pos[mocap] = pose.translation
+        world.data.mocap_pos[mocap] = pose.translation + shift
         world.data.mocap_quat[mocap] = pose.rotation.as_quat(scalar_first=True)
-        self._motion[geom, :3] = pose.translation
-        self._motion[geom, 3:] = self._velocities.get(name, 0.0)
+        self._motion[geom, :3] = pose.translation + shift
+        self._motion[geom, 3:] = self._motions.twist(name)
 
     def _sort_file_pairs(self) -> tuple[list[tuple[int, int]], tuple[tuple[str, str], ...]]:
         """Return the pairs of the robot's file to check, and the names of those to ignore."""
@@ -300,13 +308,7 @@ class CollisionWorld:
         obstacles = [self._geoms[name] for name in self._obstacles]
         pairs = list(self._file_pairs)
         pairs += [(a, b) for a in (*geoms.robot, *held) for b in obstacles]
-        touchable = touchable_geoms(robot, geoms) if held else set()
-        pairs += [
-            (a, b)
-            for a in held
-            for b in (*geoms.robot, *geoms.fixed)
-            if b not in touchable and not np.array_equal(moves[a], moves[b])
-        ]
+        pairs += held_pairs(robot, geoms, held, moves)
         # The kernel covers only the first geom of a pair with spheres.
         pairs = [(b, a) if self._covers[b, 1] > self._covers[a, 1] else (a, b) for a, b in pairs]
         cover = self.options.cover

@@ -10,7 +10,7 @@ from numba import njit
 
 from .kinematics_kernels import set_posture
 from .proximity_kernels import NEAR_COLUMNS, measure_near, update_held_geoms
-from .proximity_tables import World
+from .proximity_tables import World, nearer
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -55,7 +55,7 @@ class Motion(NamedTuple):
     """m/s."""
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def clearance_at(q, space, cut_off):
     """Return the minimum distance of all pairs at q (n,), at most the cut-off, m."""
     world = space.world
@@ -64,18 +64,14 @@ def clearance_at(q, space, cut_off):
         space.held, space.body_positions, space.body_axes, world.positions, world.matrices
     )
     near = np.empty((len(space.pairs), NEAR_COLUMNS))
-    limited = World(
-        world.model, world.data, world.positions, world.matrices, world.sizes, world.shapes,
-        world.probe, world.sharpness, cut_off,
-    )  # fmt: skip
-    count = measure_near(near, limited, space.pairs, space.covers, space.spheres)
+    count = measure_near(near, nearer(world, cut_off), space.pairs, space.covers, space.spheres)
     least = cut_off
     for row in range(count):
         least = min(least, near[row, 1])
     return least
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def edge_cost(start, end, space, motion):
     """Return the time of the straight motion between two configurations (n,), s.
 

@@ -87,6 +87,7 @@ class ControlCycle:
         InputError
             If q is not n finite numbers, or a task is not finite.
         """
+        q = self._robot.checked(q)
         result = self.compiled(q, motion)
         return self.in_steps(q, motion) if result is None else result
 
@@ -98,21 +99,14 @@ class ControlCycle:
         )
 
     def compiled(self, q: NDArray[np.float64], motion: NDArray[np.float64]) -> CycleResult | None:
-        """Return the motion at joint positions q (n,), or None if the kernel has no result.
-
-        Raises
-        ------
-        InputError
-            If q is not n finite numbers.
-        """
+        """Return the motion at q (n,), float64, or None if the kernel has no result."""
         if not self._arguments:
             return None
-        q = self._robot.checked(q)
         tables = self.world.tables
         if tables is not self._tables:
             self._bind(tables)
-        velocity = np.empty(len(q))
-        active = control_cycle(q, motion, velocity, *self._arguments)
+        command = np.empty((2, len(q)))
+        active = control_cycle(q, motion, command, *self._arguments)
         if active < 0:
             return None
         report, count = self._report.tolist(), self._count
@@ -122,9 +116,9 @@ class ControlCycle:
             indices = report[1 + 2 * count :][:active]
             values = report[1 + 2 * count + len(q) :][:active]
             multipliers = list(zip(values, map(int, indices), strict=True))
-            blocking = blocking_names(multipliers, q, self._joints, tables.names)
+            blocking = blocking_names(multipliers, q, self._joints, tables.labels)
         errors = tuple(report[1 : 1 + count])
-        return CycleResult(velocity, errors, tuple(beta), report[0], blocking, True)
+        return CycleResult(command, errors, tuple(beta), report[0], blocking, True)
 
     def _bind(self, tables: ProximityTables) -> None:
         """Use the buffers of the world's current model."""

@@ -21,12 +21,13 @@ from .distance_bounds import (
     bounds_now,
     distance_rows,
     is_moving,
+    limit_approach,
     relevant_distance,
 )
 from .kinematics_kernels import point_jacobian, set_posture
-from .packed_options import CENTRING, FRAME_SPEED, SAFETY
+from .packed_options import CENTRING, DT, FRAME_SPEED, SAFETY
 from .proximity_kernels import NEAR_COLUMNS, measure_near, update_held_geoms
-from .proximity_tables import World
+from .proximity_tables import World, nearer
 from .qp_kernels import solve_qp
 from .relaxation import relax
 from .repulsion import limit_gradient, repel
@@ -48,6 +49,27 @@ CENTRING_POWER = 4.0
 power acts less near the middle, and more near the limits."""
 
 
+class Arm(NamedTuple):
+    """A robot among obstacles: views of MuJoCo's buffers and fields of `ProximityTables`."""
+
+    world: World
+    chain: Chain
+    qpos: NDArray[np.float64]
+    held: NDArray[np.float64]
+    body_positions: NDArray[np.float64]
+    body_axes: NDArray[np.float64]
+    spheres: NDArray[np.float64]
+    covers: NDArray[np.int64]
+
+
+class Distances(NamedTuple):
+    """The distances in a posture: what `measure_near` and `distance_rows` fill."""
+
+    near: NDArray[np.float64]
+    rows: NDArray[np.float64]
+    drifts: NDArray[np.float64]
+
+
 class Stack(NamedTuple):
     """The tasks of a cycle, for kernels."""
 
@@ -63,7 +85,7 @@ class Stack(NamedTuple):
 def control_cycle(
     q,
     motion,
-    velocity,
+    command,
     report,
     tasks,
     driven,
@@ -106,8 +128,8 @@ def control_cycle(
         (n,), finite.
     motion
         (2, n): velocity of the last command, and its acceleration.
-    velocity
-        (n,), to be filled, rad/s.
+    command
+        (2, n), to be filled: velocity, rad/s, and acceleration.
     report
         (1 + 2 K + 2 n,), to be filled: the clearance; the unmet error of each task; β of each task;
         the active bounds (a joint, or n + a pair); their Lagrange multipliers.
@@ -132,6 +154,7 @@ def control_cycle(
     point_jacobian(origin, joints[:, 1], joints[:, 2], frame_moves, anchors, axes, block[:6])
     frame = Frame(q, limits, origin, frame_axes, block[:6], block[6:12])
     world = World(model, data, positions, matrices, sizes, shapes, probe, sharpness, cut_off)
+    arm = Arm(world, chain, qpos, held, body_positions, body_axes, spheres, covers)
     near = np.empty((len(pairs), NEAR_COLUMNS))
     update_held_geoms(held, body_positions, body_axes, positions, matrices)
     near = near[: measure_near(near, world, pairs, covers, spheres)]
@@ -141,24 +164,49 @@ def control_cycle(
     for row in range(len(near)):
         report[0] = min(report[0], near[row, 1])
     nominal = block[14]
-    levels = _nominal_motion(
-        Stack(tasks, driven, options),
-        frame,
-        near[:, 1],
-        rows[: len(near)],
-        block[12:14],
-        nominal,
-        report,
-    )
+    stack = Stack(tasks, driven, options)
+    near_rows = rows[: len(near)]
+    levels = _nominal_motion(stack, frame, near[:, 1], near_rows, block[12:14], nominal, report)
     if levels.sizes[0] == MISFIT:
         return UNSETTLED
     limit_frame_speed(nominal, frame.jacobian, options[FRAME_SPEED])
     errors = report[1 : 1 + len(tasks)]
     finite = nominal.sum() + errors.sum() + near[:, 1].sum()
-    if not math.isfinite(finite + rows[: len(near)].sum() + drifts[: len(near)].sum()):
+    if not math.isfinite(finite + near_rows.sum() + drifts[: len(near)].sum()):
         return UNSETTLED
-    low, high = block[15], block[16]
-    braking = Brake(block[17], block[18], block[19])
+    active = report[1 + 2 * len(tasks) :]
+    distances = Distances(near, rows, drifts)
+    count = _commanded(arm, frame, motion, stack, levels, distances, block[14:], active)
+    command[0] = block[19]
+    for joint in range(n):
+        command[1, joint] = (command[0, joint] - motion[0, joint]) / options[DT]
+    return count
+
+
+@njit(cache=True)
+def _commanded(arm, frame, motion, stack, levels, distances, block, active):
+    """Compute the command from the nominal velocity, within all bounds.
+
+    Parameters
+    ----------
+    block
+        (6, n): the nominal velocity; three rows for the :class:`Brake`; one row for scratch; the
+        command, to be filled.
+    active
+        (2 n,), to be filled, see `control_cycle`.
+
+    Returns
+    -------
+    Number of active bounds, or UNSETTLED.
+    """
+    world, chain, qpos, held, body_positions, body_axes, spheres, covers = arm
+    near, rows, drifts = distances
+    q, limits, options = frame.q, frame.limits, stack.options
+    n, pairs = len(q), chain.pairs
+    nominal, velocity = block[0], block[5]
+    braking = Brake(block[1], block[2], block[3])
+    ends = np.empty((2, n))
+    low, high = ends[0], ends[1]
     joint_bounds(q, motion, limits, options, True, low, high, braking)
     if options[SAFETY] == 0.0:
         towards(braking.command, nominal, low, high, velocity)
@@ -169,17 +217,20 @@ def control_cycle(
         np.empty((size, n)), np.empty(size), np.empty(size), np.empty(size, np.int64)
     )
     used = 0
+    approached = limit_approach(near[:, 1], rows, drifts, limits, options)
     if is_moving(q, braking.stop):
         used = bounds_now(near, rows, drifts, low, high, braking, options, bounds, used)
-        cut = relevant_distance(frame.jacobian, joints, low, high, braking, options)
-        world = World(
-            model, data, positions, matrices, sizes, shapes, probe, sharpness, min(cut, cut_off)
-        )
-        set_posture(model, data, braking.stop, qpos, joints[:, 0])
-        update_held_geoms(held, body_positions, body_axes, positions, matrices)
+        cut = world.cut_off
+        if not approached:
+            joints = chain.joints
+            cut = min(cut, relevant_distance(frame.jacobian, joints, low, high, braking, options))
+        world = nearer(world, cut)
+        set_posture(world.model, world.data, braking.stop, qpos, chain.joints[:, 0])
+        update_held_geoms(held, body_positions, body_axes, world.positions, world.matrices)
         near = np.empty((len(pairs), NEAR_COLUMNS))
         near = near[: measure_near(near, world, pairs, covers, spheres)]
         distance_rows(near, chain, rows, drifts)
+        limit_approach(near[:, 1], rows, drifts, limits, options)
     used = bounds_at_stop(near, rows, drifts, low, high, braking, options, bounds, used)
     bounds = DistanceBounds(
         bounds.rows[:used], bounds.min_rates[:used], bounds.least_rates[:used], bounds.pairs[:used]
@@ -188,7 +239,6 @@ def control_cycle(
         velocity[:] = nominal
         return 0
     cost = deviation_cost(levels.sizes, levels.rows)
-    active = report[1 + 2 * len(tasks) :]
     count = _safe(nominal, cost, bounds, 1.0, low, high, velocity, active)
     if count < 0:
         # Not all pairs inside the margin can leave it at the recovery speed.

@@ -73,6 +73,22 @@ def touchable_geoms(robot: RobotModel, geoms: CollisionGeoms) -> set[int]:
     }
 
 
+def held_pairs(
+    robot: RobotModel, geoms: CollisionGeoms, held: list[int], moves: NDArray[np.bool_]
+) -> list[tuple[int, int]]:
+    """Return the pairs of held geoms and parts of the robot's file.
+
+    ``moves`` (geoms, n) is whether a joint moves a geom.
+    """
+    touchable = touchable_geoms(robot, geoms) if held else set()
+    return [
+        (a, b)
+        for a in held
+        for b in (*geoms.robot, *geoms.fixed)
+        if b not in touchable and not np.array_equal(moves[a], moves[b])
+    ]
+
+
 def _transform(position: NDArray[np.float64], quat_wxyz: NDArray[np.float64]) -> RigidTransform:
     rotation = Rotation.from_quat(quat_wxyz, scalar_first=True)
     return RigidTransform.from_components(np.array(position), rotation)

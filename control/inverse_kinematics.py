@@ -65,7 +65,7 @@ def solve_tasks(
     return Solutions(configurations, errors)
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def solve_from(
     q, tasks, limits, origin, frame_axes, frame_moves, model, data, qpos, anchors, axes, joints
 ):

@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .approach import counted, retreat_configurations
+from .approach import counted
 from .configuration_space import Motion, Space, clearance_at
 from .inverse_kinematics import Solutions, solve_tasks
 from .joint_path import SPEED_FRACTION, JointPath
 from .mujoco_binding import address, mujoco
 from .proximity_tables import World
+from .retreat import retreat_configurations
 from .tasks.registry import pack_tasks
 from .tasks.task import DEFAULT_LINEAR_SPEED
 from .tree_kernels import connect, shorten

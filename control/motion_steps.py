@@ -34,8 +34,8 @@ if TYPE_CHECKING:
 class CycleResult(NamedTuple):
     """The motion of one control cycle: tasks, avoidance and safety together."""
 
-    velocity: NDArray[np.float64]
-    """(n,), rad/s (m/s for slide joints)."""
+    command: NDArray[np.float64]
+    """(2, n): velocity, rad/s (m/s for slide joints), and its acceleration."""
     errors: tuple[float, ...]
     """Unmet error of each task, see :class:`TaskRows`: first the tasks of the stack, then the
     watched tasks."""
@@ -47,6 +47,11 @@ class CycleResult(NamedTuple):
     """Names of the active constraints of the safety level, strongest first."""
     feasible: bool
     """False if the safety level cannot satisfy all bounds. True without the safety level."""
+
+    @property
+    def velocity(self) -> NDArray[np.float64]:
+        """(n,), rad/s (m/s for slide joints)."""
+        return self.command[0]
 
 
 @dataclass(frozen=True)
@@ -124,4 +129,6 @@ def motion_in_steps(
     errors = [rows.unmet for rows in nominal.task_rows]
     errors += [task.at(state).unmet for task in watched]
     clearance = float(proximity.distance.min(initial=float("inf")))
-    return CycleResult(velocity, tuple(errors), nominal.beta, clearance, blocking, feasible)
+    before = np.zeros(len(velocity)) if motion is None else motion[0]
+    command = np.array([velocity, (velocity - before) / options.dt])
+    return CycleResult(command, tuple(errors), nominal.beta, clearance, blocking, feasible)

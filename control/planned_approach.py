@@ -2,30 +2,32 @@
 
 from __future__ import annotations
 
+from concurrent.futures import Future
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .approach import ApproachController, ControlStep, counted
+from .approach import ApproachController
+from .background import Worker, WorldState
+from .control_step import control_step
 from .cycle import ControlCycle
-from .joint_path import JointPath, resample_path
 from .joint_planner import find_path
 from .options import ControlOptions
-from .planner import plan, predict
 from .planner_options import PlannerOptions
-from .tasks.axis_alignment import AxisAlignment
-from .tasks.look_at import LookAt
-from .tasks.orientation import Orientation
+from .search import search_again, search_first
 from .tasks.posture import Posture
 from .tasks.task import DEFAULT_LINEAR_SPEED
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from numpy.typing import NDArray
 
     from .collision_world import CollisionWorld
+    from .control_step import ControlStep
+    from .joint_path import JointPath
+    from .search import SearchResult
     from .tasks.task import Task
 
 LOOK_AHEAD = 0.12
@@ -35,17 +37,6 @@ HAND_OVER = 0.25
 """Time before the end of a path at which the tasks take over, s."""
 MAX_DELAY = 0.5
 """A path is abandoned if the robot does not come farther within this time, s."""
-DETOUR = 1.3
-"""A motion without planning is accepted if it takes at most this factor times the time on a
-straight line. Then a search would rarely find a faster one."""
-SETTLING = 0.6
-"""Time that the tasks need after a path, s."""
-OUT_OF_REACH = {False: 0.02, True: 0.15}
-"""Error of a task, m, or of an angle, rad, above which a goal counts as unreachable if no
-configuration comes nearer. Nearer goals are approached as far as possible."""
-LEGS = 8
-"""Number of roll-outs of a search before the motion: to the goal and by way of home. More rarely
-help as long as the arm is not stuck elsewhere."""
 
 
 class PlannedApproach:
@@ -69,6 +60,10 @@ class PlannedApproach:
     searches
         Maximum number of searches before the motion counts as stuck. Several may be needed, because
         a path is abandoned if the safety level blocks it. The count restarts at the goal.
+    background
+        Whether searches run in another thread, for a real control loop. The robot stands while it
+        waits, in the phase ``plan``. Without it, every motion can be repeated exactly. It lowers
+        Python's switch interval to 0.1 ms.
 
     Raises
     ------
@@ -84,6 +79,7 @@ class PlannedApproach:
         planner: PlannerOptions | None = None,
         *,
         searches: int = 3,
+        background: bool = False,
     ) -> None:
         self.options = replace(options or ControlOptions(), retreats=0)
         self.planner = planner or PlannerOptions()
@@ -91,6 +87,7 @@ class PlannedApproach:
         self.controller = ApproachController(world, tasks, self.options)
         # The path itself avoids obstacles, so repulsion would only push the robot off it.
         self._path_options = replace(self.options, eta=0.0, centring=0.0)
+        self._worker = Worker() if background else None
         self.restart()
 
     def restart(self) -> None:
@@ -105,8 +102,8 @@ class PlannedApproach:
     def step(self, q: NDArray[np.float64]) -> ControlStep:
         """Return the joint velocities for joint positions q (n,), and advance time by one period.
 
-        The first call takes as long as a search, and so does one after the robot was stuck and has
-        come to a standstill.
+        Without ``background``, the first call takes as long as a search, and so does one after the
+        robot was stuck and has come to a standstill.
 
         Raises
         ------
@@ -116,15 +113,22 @@ class PlannedApproach:
         if self._fresh:
             self._fresh = False
             if self.planner.rollouts and not np.any(self.controller.velocity):
-                self._plan_ahead(self.controller.robot.checked(q))
+                self._begin_search(search_first, self.controller.robot.checked(q))
+        if self._stuck is not None and self._result is None:
+            if np.any(self.controller.velocity):
+                return self.controller.stop(q)
+            self._searched += 1
+            self._begin_search(search_again, self.controller.robot.checked(q))
+        if self._result is not None:
+            if not self._result.done():
+                return replace(self.controller.stop(q), status="moving", phase="plan")
+            ended = self._end_search(q)
+            if ended is not None:
+                return ended
         if self._unreachable:
             return replace(self.controller.stop(q), status="stuck", reason=self._unreachable)
         if self._at < len(self._track):
             return self._follow(q)
-        if self._stuck is not None:
-            if np.any(self.controller.velocity):
-                return self.controller.stop(q)
-            return self._search(q, self._stuck)
         cycle = self.controller.step(q)
         if cycle.status == "reached":
             self._searched = 0
@@ -134,63 +138,46 @@ class PlannedApproach:
         self._stuck = cycle
         return replace(cycle, status="moving", reason="")
 
+    def warm_up(self) -> None:
+        """Load all compiled code, so that no later cycle has to; this takes up to a second."""
+        controller = self.controller
+        controller.warm_up()
+        world, q = WorldState(controller.world).make(), controller.robot.home
+        search_first(world, controller.tasks, q, self.options, self.planner)
+        find_path(world, (Posture(q + 0.05),), q, self.options)
+        self._path_cycle(q).at(q, np.zeros((2, controller.robot.n)))
+
     def stop(self, q: NDArray[np.float64]) -> ControlStep:
         """Return joint velocities that brake; see :meth:`ApproachController.stop`."""
         self._leave_path()
         return self.controller.stop(q)
 
-    def _plan_ahead(self, q: NDArray[np.float64]) -> None:
-        """Choose between the direct motion, a path, and no motion, at the start q (n,)."""
+    def _begin_search(self, search: Callable[..., SearchResult], q: NDArray[np.float64]) -> None:
+        """Search from q (n,), in the background or at once."""
         controller = self.controller
-        world, tasks = controller.world, controller.tasks
-        state = world.robot.at(q)
-        errors = [tasks[k].at(state).unmet for k in counted(tasks)]
-        lengths = [e for k, e in zip(counted(tasks), errors, strict=True) if not is_angle(tasks[k])]
-        straight = max(lengths, default=0.0) / DEFAULT_LINEAR_SPEED + SETTLING
-        reached, seconds = predict(world, tasks, q, self.options, self.planner)
-        if reached and seconds <= DETOUR * straight:
-            return
-        found = find_path(world, tasks, q, self.options, self.planner.seed)
-        if found is None:
-            return
-        state = world.robot.at(found.nearest)
-        left = [(tasks[k], tasks[k].at(state).unmet) for k in counted(tasks)]
-        if not reached and any(error > OUT_OF_REACH[is_angle(task)] for task, error in left):
-            named = ", ".join(f"{task.name} {error:.3g}" for task, error in left)
-            at = np.round(state.position, 4).tolist()
-            self._unreachable = f"unreachable: at the nearest configuration {named} off, at {at} m"
-            return
-        path = found.as_joint_path()
-        if not path and not reached:
-            budget = min(LEGS, self.planner.rollouts)
-            path = plan(world, tasks, q, self.options, replace(self.planner, rollouts=budget))
-        self.paths.append(path)
-        if path and not (reached and seconds < found.seconds + SETTLING):
-            self._take(path)
+        planner = replace(self.planner, seed=self.planner.seed + len(self.paths))
+        arguments = controller.world, controller.tasks, q, self.options, planner
+        if self._worker is not None:
+            self._result = self._worker.start(search, *arguments)
+        else:
+            self._result = Future()
+            self._result.set_result(search(*arguments))
 
-    def _search(self, q: NDArray[np.float64], cycle: ControlStep) -> ControlStep:
-        """Plan a path from q (n,), where a cycle was stuck."""
-        controller = self.controller
-        self._stuck = None
-        self._searched += 1
-        cycle = replace(cycle, velocity=np.zeros_like(cycle.velocity))
-        seed = self.planner.seed + len(self.paths)
-        world, tasks = controller.world, controller.tasks
-        path = None
-        if self.planner.rollouts:
-            found = find_path(world, tasks, q, self.options, seed)
-            path = None if found is None else found.as_joint_path()
-        if not path:
-            path = plan(world, tasks, q, self.options, replace(self.planner, seed=seed))
-        self.paths.append(path)
-        if not path:
-            return replace(cycle, reason=f"{cycle.reason}; no path found: {path.reason}")
-        self._take(path)
-        return replace(cycle, status="moving", reason="")
-
-    def _take(self, path: JointPath) -> None:
-        self._track = resample_path(path.configurations, self.controller.robot, self.options.dt)
-        self._at = 0
+    def _end_search(self, q: NDArray[np.float64]) -> ControlStep | None:
+        """Take the result of a search; return the step where the motion ends with it."""
+        assert self._result is not None
+        found, self._result = self._result.result(), None
+        stuck, self._stuck = self._stuck, None
+        if found.path is not None:
+            self.paths.append(found.path)
+        if found.unreachable:
+            self._unreachable = found.unreachable
+        if found.track is not None:
+            self._track, self._at = found.track, 0
+        elif stuck is not None and found.path is not None:
+            still = replace(self.controller.stop(q), status="stuck")
+            return replace(still, reason=f"{stuck.reason}; no path found: {found.path.reason}")
+        return None
 
     def _follow(self, q: NDArray[np.float64]) -> ControlStep:
         """Head for the point on the path that lies LOOK_AHEAD before the robot."""
@@ -203,29 +190,26 @@ class PlannedApproach:
         self._at += step
         self._delay = 0.0 if step else self._delay + dt
         goal = self._track[min(self._at + ahead, len(self._track) - 1)]
-        task = Posture(goal, gain=1.0 / LOOK_AHEAD, speed=1e3)
-        motion = ControlCycle(
-            controller.world,
-            (task,),
-            self._path_options,
-            controller.tasks,
-            frame_speed=DEFAULT_LINEAR_SPEED,
-        ).at(q, controller.last_command)
+        motion = self._path_cycle(goal).at(q, controller.last_command)
         controller.commit(motion.velocity)
         arrived = len(self._track) - self._at <= HAND_OVER / dt
         if arrived or self._delay > MAX_DELAY:
             self._leave_path()
         errors = motion.errors[1:]
         reason = "" if motion.feasible else f"cannot keep the margin: {', '.join(motion.blocking)}"
-        return ControlStep(
-            motion.velocity,
-            "moving" if motion.feasible else "infeasible",
-            reason,
-            "path",
-            errors,
-            motion.clearance,
-            (0.0,) * len(errors),
-            motion.blocking,
+        status = "moving" if motion.feasible else "infeasible"
+        return control_step(
+            motion._replace(beta=(0.0,) * len(errors)), status, reason, "path", errors
+        )
+
+    def _path_cycle(self, goal: NDArray[np.float64]) -> ControlCycle:
+        """Return the cycle that heads for a configuration (n,) on the path."""
+        return ControlCycle(
+            self.controller.world,
+            (Posture(goal, gain=1.0 / LOOK_AHEAD, speed=1e3),),
+            self._path_options,
+            self.controller.tasks,
+            frame_speed=DEFAULT_LINEAR_SPEED,
         )
 
     def _leave_path(self) -> None:
@@ -233,9 +217,5 @@ class PlannedApproach:
         self._at = 0
         self._delay = 0.0
         self._stuck: ControlStep | None = None
+        self._result: Future[SearchResult] | None = None
         self.controller.restart()
-
-
-def is_angle(task: Task) -> bool:
-    """Return whether the error of a task is an angle."""
-    return isinstance(getattr(task, "task", task), (AxisAlignment, LookAt, Orientation))

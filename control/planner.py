@@ -15,16 +15,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .approach import (
-    RETREAT_SECONDS,
-    RETREAT_SPEED,
-    ApproachController,
-    counted,
-    retreat_configurations,
-)
+from .approach import ApproachController, counted
 from .joint_path import JointPath, resample_path
 from .joint_planner import find_path
 from .planner_options import PlannerOptions
+from .retreat import RETREAT_SECONDS, RETREAT_SPEED, retreat_configurations
 from .tasks.position import Position
 from .tasks.posture import Posture
 
@@ -249,7 +244,7 @@ class _Search:
         reason = "a roll-out reached its time limit"
         for _ in range(round((longest or self.planner.longest) / self.planner.dt)):
             cycle = controller.step(q)
-            if cycle.status != "moving":
+            if cycle.status not in ("moving", "too_near"):
                 reason = cycle.reason
                 break
             q = q + self.planner.dt * cycle.velocity

@@ -29,3 +29,20 @@ class Proximity:
     """Derivative of the distance by the joints (P, n), m/rad (m/m for a slide joint)."""
     drift: NDArray[np.float64]
     """Rate of the distance due to the motion of the obstacle (P,), m/s."""
+
+
+def proximity_of(found: tuple, names: tuple[tuple[str, str], ...]) -> Proximity:
+    """Return the result of `near_pairs` with the names of all pairs."""
+    index, distance, normal, on_robot, on_other, rows, drift = found
+    # The frozen constructor would take as long as several distances.
+    proximity = object.__new__(Proximity)
+    vars(proximity).update(
+        names=tuple([names[pair] for pair in index.tolist()]),
+        distance=distance,
+        normal=normal,
+        on_robot=on_robot,
+        on_other=on_other,
+        rows=rows,
+        drift=drift,
+    )
+    return proximity

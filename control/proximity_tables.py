@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+from numba import njit
 
 from .mujoco_binding import address
 
@@ -56,6 +58,11 @@ class ProximityTables:
     cut_off: float
     """Distance beyond which pairs are skipped, m."""
 
+    @cached_property
+    def labels(self) -> tuple[str, ...]:
+        """Names of the pairs as one text each."""
+        return tuple(f"{first} near {second}" for first, second in self.names)
+
 
 class World(NamedTuple):
     """The inputs for the distance of two geoms, for kernels."""
@@ -78,6 +85,15 @@ class World(NamedTuple):
     """:attr:`ProximityTables.sharpness`, 1/m."""
     cut_off: float
     """:attr:`ProximityTables.cut_off`, m."""
+
+
+@njit(cache=True)
+def nearer(world, cut_off):
+    """Return a :class:`World` with another cut-off distance, m."""
+    return World(
+        world.model, world.data, world.positions, world.matrices, world.sizes, world.shapes,
+        world.probe, world.sharpness, cut_off,
+    )  # fmt: skip
 
 
 def shape_row(model: Model, geom: int) -> NDArray[np.float64]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import math
 from typing import TYPE_CHECKING
 
@@ -151,6 +152,17 @@ class RobotModel:
         """(n, 3): index in ``qpos``, id, 1 for a hinge and 0 for a slide joint."""
         self._addresses = (address(model), address(data))
         self.at(self.home)
+
+    def duplicate(self) -> RobotModel:
+        """Return the same robot with buffers of its own, for another thread."""
+        other = copy.copy(self)
+        other.data = data = mujoco.MjData(self.model)
+        data.qpos[:] = self.home_qpos
+        _, position, matrix = _frame(self.model, data, self.frame)
+        other._frame = (self._frame[0], data.xanchor, data.xaxis, position, matrix)
+        other._addresses = (address(self.model), address(data))
+        other.at(self.home)
+        return other
 
     def at(self, q: ArrayLike) -> RobotState:
         """Compute pose and Jacobian of the controlled frame at joint positions ``q`` (n,).

@@ -85,8 +85,8 @@ def safe_motion(
     names = joint_names or [str(joint + 1) for joint in range(len(nominal))]
     joints = list(zip(names, state.lower.tolist(), state.upper.tolist(), strict=True))
     ranked = [(value, index) for index, value in enumerate(multipliers.tolist())]
-    pairs = bounding_pairs(proximity, braking)
-    blocking = blocking_names(ranked, state.q, joints, pairs)
+    labels = [f"{first} near {second}" for first, second in bounding_pairs(proximity, braking)]
+    blocking = blocking_names(ranked, state.q, joints, labels)
     return SafeMotion(velocity, blocking, feasible)
 
 
@@ -94,7 +94,7 @@ def blocking_names(
     multipliers: Sequence[tuple[float, int]],
     q: NDArray[np.float64],
     joints: Sequence[tuple[str, float, float]],
-    pairs: Sequence[tuple[str, str]],
+    pairs: Sequence[str],
 ) -> tuple[str, ...]:
     """Return the names of the active constraints, strongest first.
 
@@ -107,15 +107,14 @@ def blocking_names(
     joints
         Name, lower and upper limit of each joint.
     pairs
-        Names of the two parts of each pair.
+        Name of each pair.
     """
     names = []
     for multiplier, index in sorted(multipliers, reverse=True):
         if multiplier < ACTIVE:
             break
         if index >= len(joints):
-            first, second = pairs[index - len(joints)]
-            name = f"{first} near {second}"
+            name = pairs[index - len(joints)]
             # A pair may be active both now and at standstill.
             if name not in names:
                 names.append(name)

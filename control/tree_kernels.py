@@ -18,7 +18,7 @@ STEP = 0.35
 """Maximum joint distance of a new node from its parent, rad or m, as a weighted norm."""
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def connect(limits, space, motion, iterations, rng):
     """Return a path (N, n) from the start to one of the goals, both in ``motion.ends``.
 
@@ -76,7 +76,7 @@ def connect(limits, space, motion, iterations, rng):
     return np.empty((0, n)), counts[0] + counts[1]
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def shorten(path, space, motion, attempts, rng):
     """Return a path (M, n) with edges between random points on it, and its time, s.
 
@@ -104,7 +104,7 @@ def shorten(path, space, motion, attempts, rng):
     return path, costs.sum()
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def path_costs(path, space, motion):
     """Return the time of each edge of a path (N, n), (N - 1,), s."""
     costs = np.empty(len(path) - 1)
@@ -113,7 +113,7 @@ def path_costs(path, space, motion):
     return costs
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _point_at(path, costs, time):
     """Return the edge at a time on the path, and the configuration (n,) there."""
     edge = 0
@@ -124,7 +124,7 @@ def _point_at(path, costs, time):
     return edge, path[edge] + fraction * (path[edge + 1] - path[edge])
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _distance(a, b, levers):
     square = 0.0
     for joint in range(len(a)):
@@ -132,7 +132,7 @@ def _distance(a, b, levers):
     return math.sqrt(square)
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _nearest(nodes, q, levers):
     best, index = np.inf, 0
     for node in range(len(nodes)):
@@ -142,7 +142,7 @@ def _nearest(nodes, q, levers):
     return index
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _towards(start, target, levers, new):
     """Fill the configuration at most STEP from the start; return whether it is the target."""
     distance = _distance(start, target, levers)
@@ -152,7 +152,7 @@ def _towards(start, target, levers, new):
     return fraction == 1.0
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _joined(nodes, parents, ends):
     """Return the path from the root of the first tree to the root of the second."""
     count, n = 0, nodes.shape[2]

@@ -90,7 +90,7 @@ def is_reachable(
         reason = "no time left"
         for _ in range(round(MAX_SECONDS / PERIOD)):
             cycle = controller.step(q)
-            if cycle.status != "moving":
+            if cycle.status not in ("moving", "too_near"):
                 reason = cycle.reason
                 break
             q = q + PERIOD * cycle.velocity

@@ -8,10 +8,12 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import RigidTransform
 
-from eyehand.control.approach import ApproachController, ControlStep, retreat_configurations
+from eyehand.control.approach import ApproachController
 from eyehand.control.collision_world import CollisionWorld
+from eyehand.control.control_step import ControlStep
 from eyehand.control.cycle import ControlCycle
 from eyehand.control.options import ControlOptions
+from eyehand.control.retreat import retreat_configurations
 from eyehand.control.robot_model import RobotModel
 from eyehand.control.shapes import Obstacle, Sphere
 from eyehand.control.tasks import JointCentring, PointOnPlane, Position, Posture

@@ -17,9 +17,10 @@ from eyehand.control import (
     joint_planner,
     plan,
     planned_approach,
+    search,
 )
-from eyehand.control.approach import ControlStep
 from eyehand.control.configuration_space import clearance_at
+from eyehand.control.control_step import ControlStep
 from eyehand.control.joint_path import SPEED_FRACTION, resample_path
 from eyehand.control.joint_planner import find_path, make_space, solutions
 from eyehand.control.options import ControlOptions
@@ -64,7 +65,7 @@ class _DriftingController(_StuckController):
 @pytest.fixture
 def only_stuck(monkeypatch):
     """Leave out the prediction and the search in the joint space."""
-    monkeypatch.setattr(planned_approach, "find_path", lambda *_: None)
+    monkeypatch.setattr(search, "find_path", lambda *_: None)
 
 
 def test_resampled_path_keeps_speed_limits_and_corners():
@@ -88,7 +89,7 @@ def test_found_path_is_followed_to_goal(monkeypatch, only_stuck):
     fractions = np.linspace(0.0, 1.0, steps)[:, None]
     postures = scene.start + fractions * (scene.witness - scene.start)
     path = JointPath(True, postures, 0.02, "", 1, 2, 0.0)
-    monkeypatch.setattr(planned_approach, "plan", lambda *_: path)
+    monkeypatch.setattr(search, "plan", lambda *_: path)
     monkeypatch.setattr(planned_approach, "ApproachController", _StuckController)
     controller = PlannedApproach(world, (Position(scene.goal),))
     method = ControllerMethod(controller)
@@ -102,7 +103,7 @@ def test_reach_without_path_ends_stuck_with_reason(monkeypatch, only_stuck):
     scene = make_reaching_scene(9, boxes=0)
     monkeypatch.setattr(planned_approach, "ApproachController", _StuckController)
     none = JointPath(False, scene.start[None], 0.02, "walled off", 1, 1, 0.0)
-    monkeypatch.setattr(planned_approach, "plan", lambda *_: none)
+    monkeypatch.setattr(search, "plan", lambda *_: none)
     world, task = reaching_world(scene.obstacles), Position(scene.goal)
     method = ControllerMethod(PlannedApproach(world, (task,)))
     result = run_reach(scene, method)
@@ -153,11 +154,11 @@ def test_goal_inside_obstacle_has_no_path_and_a_reason():
 def test_robot_stops_before_each_search(monkeypatch, only_stuck):
     searched = []
 
-    def search(world, tasks, q, options, planner):
+    def search_path(world, tasks, q, options, planner):
         searched.append(planner.seed)
         return JointPath(False, q[None], 0.02, "walled off", 1, 1, 0.0)
 
-    monkeypatch.setattr(planned_approach, "plan", search)
+    monkeypatch.setattr(search, "plan", search_path)
     monkeypatch.setattr(planned_approach, "ApproachController", _DriftingController)
     scene = make_reaching_scene(9, boxes=0)
     controller = PlannedApproach(reaching_world(()), (Position(scene.goal),), searches=2)
@@ -174,7 +175,7 @@ def test_reached_goal_resets_number_of_searches(monkeypatch, only_stuck):
     monkeypatch.setattr(planned_approach, "ApproachController", _DriftingController)
     scene = make_reaching_scene(9, boxes=0)
     none = JointPath(False, scene.start[None], 0.02, "walled off", 1, 1, 0.0)
-    monkeypatch.setattr(planned_approach, "plan", lambda *_: none)
+    monkeypatch.setattr(search, "plan", lambda *_: none)
     approach = PlannedApproach(reaching_world(()), (Position(scene.goal),), searches=1)
     for _ in range(4):
         approach.step(scene.start)
