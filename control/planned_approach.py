@@ -86,7 +86,13 @@ class PlannedApproach:
         self.searches = searches
         self.controller = ApproachController(world, tasks, self.options)
         # The path itself avoids obstacles, so repulsion would only push the robot off it.
-        self._path_options = replace(self.options, eta=0.0, centring=0.0)
+        self._path_cycle = ControlCycle(
+            world,
+            (Posture(world.robot.home, gain=1.0 / LOOK_AHEAD, speed=1e3),),
+            replace(self.options, eta=0.0, centring=0.0),
+            self.controller.tasks,
+            frame_speed=DEFAULT_LINEAR_SPEED,
+        )
         self._worker = Worker() if background else None
         self.restart()
 
@@ -145,7 +151,7 @@ class PlannedApproach:
         world, q = WorldState(controller.world).make(), controller.robot.home
         search_first(world, controller.tasks, q, self.options, self.planner)
         find_path(world, (Posture(q + 0.05),), q, self.options)
-        self._path_cycle(q).at(q, np.zeros((2, controller.robot.n)))
+        self._path_cycle.at(q, np.zeros((2, controller.robot.n)))
 
     def stop(self, q: NDArray[np.float64]) -> ControlStep:
         """Return joint velocities that brake; see :meth:`ApproachController.stop`."""
@@ -190,7 +196,8 @@ class PlannedApproach:
         self._at += step
         self._delay = 0.0 if step else self._delay + dt
         goal = self._track[min(self._at + ahead, len(self._track) - 1)]
-        motion = self._path_cycle(goal).at(q, controller.last_command)
+        self._path_cycle.head_for(goal)
+        motion = self._path_cycle.at(q, controller.last_command)
         controller.commit(motion.velocity)
         arrived = len(self._track) - self._at <= HAND_OVER / dt
         if arrived or self._delay > MAX_DELAY:
@@ -200,16 +207,6 @@ class PlannedApproach:
         status = "moving" if motion.feasible else "infeasible"
         return control_step(
             motion._replace(beta=(0.0,) * len(errors)), status, reason, "path", errors
-        )
-
-    def _path_cycle(self, goal: NDArray[np.float64]) -> ControlCycle:
-        """Return the cycle that heads for a configuration (n,) on the path."""
-        return ControlCycle(
-            self.controller.world,
-            (Posture(goal, gain=1.0 / LOOK_AHEAD, speed=1e3),),
-            self._path_options,
-            self.controller.tasks,
-            frame_speed=DEFAULT_LINEAR_SPEED,
         )
 
     def _leave_path(self) -> None:

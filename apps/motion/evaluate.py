@@ -20,6 +20,7 @@ from ..console import print_json, say, show, tracked
 from ..process_end import end_with_parent
 from ..run_folder import claim_folder
 from .cycle_comparison import PAIRS, cycle_rows
+from .loop_times import loop_row
 from .reach_chart import reach_chart
 from .reach_methods import BASELINE, BASELINES, METHODS, PLANNED
 from .reach_outcome import ReachOptions
@@ -62,6 +63,7 @@ def evaluate_motion(
     only: list[str] | None = None,
     baseline: bool = True,
     quick: bool = False,
+    loop: float = 0.0,
     out: Path = Path("out/evaluate_motion"),
     json: bool = False,
 ) -> int:
@@ -87,6 +89,9 @@ def evaluate_motion(
         Also run the baseline mink in the same scenes.
     quick
         Four scenes, for a first look.
+    loop
+        Also run planned motions in real time at 1 kHz for so many seconds, and print the longest
+        time of a call of the controller.
     out
         Output folder.
     json
@@ -98,6 +103,8 @@ def evaluate_motion(
         raise InputError(f"--seed must be >= 0, got {seed}")
     if not 0 <= boxes <= MAX_BOXES:
         raise InputError(f"--boxes must be from 0 to {MAX_BOXES}, got {boxes}")
+    if not 0.0 <= loop < float("inf"):
+        raise InputError(f"--loop must be a finite time >= 0 s, got {loop:g}")
     options = ReachOptions(time_limit=time_limit)
     methods = _selected_methods(only, baseline=baseline)
     scenes = min(scenes, QUICK_SCENES) if quick else scenes
@@ -114,18 +121,21 @@ def evaluate_motion(
     say(f"timing one cycle with {PAIRS} distance pairs")
     fewer = {"rounds": 1, "postures": QUICK_POSTURES} if quick else {}
     cycles = cycle_rows(seed, baseline=BASELINE in methods, **fewer)
+    loops = _loop_rows(seed, loop)
     write_csv(out / "scenes.csv", [record.row() for record in records])
     made = Provenance(f"7-joint arm among {boxes} boxes, 5 ms cycles", seed, scenes, "scene")
-    write_chart(reach_chart(rows, made), out / "bench.png", [*rows, *cycles])
+    write_chart(reach_chart(rows, made), out / "bench.png", [*rows, *cycles, *loops])
     title = f"reaching among {boxes} boxes: {scenes} scenes from seed {seed}"
     show(_reach_table(rows, title, time_limit), json_wanted=json)
     show(_cycle_table(cycles), json_wanted=json)
+    if loops:
+        show(_loop_table(loops), json_wanted=json)
     say(f"every scene: {out / 'scenes.csv'}; chart: {out / 'bench.png'}")
     if json:
         print_json(
             "evaluate_motion",
             seed,
-            [*rows, *cycles],
+            [*rows, *cycles, *loops],
             scenes=scenes,
             boxes=boxes,
             longest_s=time_limit,
@@ -189,6 +199,14 @@ def _cycle_times(cases: Sequence[_ReachCase], *, repeats: int) -> dict[str, NDAr
     return {method: np.concatenate(taken) for method, taken in times.items()}
 
 
+def _loop_rows(seed: int, seconds: float) -> list[dict[str, Any]]:
+    """Return the row of calls in real time; none for 0 s."""
+    if not seconds:
+        return []
+    say(f"calling the controller at 1 kHz for {seconds:g} s")
+    return [loop_row(seed, seconds)]
+
+
 def _reach_table(rows: Sequence[Mapping[str, Any]], title: str, time_limit: float) -> Table:
     return result_table(
         rows,
@@ -233,4 +251,23 @@ def _cycle_table(rows: Sequence[Mapping[str, Any]]) -> Table:
         ],
         title=f"one cycle with {PAIRS} distance pairs",
         caption="the same postures and limits, timed in turns; ratio: to this package",
+    )
+
+
+def _loop_table(rows: Sequence[Mapping[str, Any]]) -> Table:
+    return result_table(
+        rows,
+        [
+            ("method", "{name}"),
+            ("calls", "{calls}"),
+            ("searches", "{searches}"),
+            ("step µs", "{step_p50_us:.0f}"),
+            ("p99.9", "{step_p999_us:.0f}"),
+            ("max", "{step_max_us:.0f}"),
+            ("processor p99.9", "{processor_p999_us:.0f}"),
+            ("max", "{processor_max_us:.0f}"),
+        ],
+        title="planned motions in real time at 1 kHz",
+        caption="time of a call, searches in the background; processor: without waiting for other "
+        "programs and threads",
     )

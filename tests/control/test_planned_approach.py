@@ -1,5 +1,6 @@
 """The planned approach: paths are followed within speed limits, and failures are reported."""
 
+import time
 from dataclasses import replace
 from typing import cast
 
@@ -290,3 +291,41 @@ def test_path_by_way_of_another_place_is_found_where_the_trees_do_not_meet(seed,
     assert steps.max() < 1.5 * world.robot.speed.max() * path.dt
     clear = [world.proximity(q).distance.min(initial=1.0) for q in path.configurations]
     assert min(clear) > 0.008
+
+
+def test_search_in_the_background_takes_the_same_path_and_leaves_the_world_alone():
+    scene = make_reaching_scene(2)
+    steps, paths = [], []
+    for background in (False, True):
+        world = reaching_world(scene.obstacles)
+        before = world.proximity(scene.start).distance
+        controller = PlannedApproach(world, (Position(scene.goal),), background=background)
+        controller.warm_up()
+        deadline = time.monotonic() + 60.0
+        step = controller.step(scene.start)
+        phases = [step.phase]
+        while step.phase == "plan":
+            step = controller.step(scene.start)
+            np.testing.assert_array_equal(world.proximity(scene.start).distance, before)
+            phases.append(step.phase)
+            assert step.status == "moving"
+            assert time.monotonic() < deadline
+        steps.append(step.velocity)
+        paths.append(controller.paths[0].configurations)
+        assert ("plan" in phases) == background
+        assert phases[-1] == "path"
+    np.testing.assert_array_equal(steps[0], steps[1])
+    np.testing.assert_array_equal(paths[0], paths[1])
+
+
+def test_restart_forgets_a_search_in_the_background():
+    world = reaching_world(())
+    far = PlannedApproach(world, (Position(np.array([3.0, 0.0, 0.3])),), background=True)
+    far.step(world.robot.home)
+    far.restart()
+    assert far.paths == []
+    statuses = set()
+    deadline = time.monotonic() + 60.0
+    while "stuck" not in statuses and time.monotonic() < deadline:
+        statuses.add(far.step(world.robot.home).status)
+    assert statuses == {"moving", "stuck"}

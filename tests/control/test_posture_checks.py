@@ -91,7 +91,7 @@ def test_start_inside_the_margin_is_no_violation():
         [
             Obstacle(
                 "box",
-                Box([0.1, 0.1, 0.1]),
+                Box(np.full(3, 0.1)),
                 RigidTransform.from_translation(tool + np.array([0.22, 0, 0])),
             )
         ],

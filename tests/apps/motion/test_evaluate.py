@@ -9,6 +9,7 @@ import pytest
 from eyehand.apps.main import main
 from eyehand.apps.motion import evaluate
 from eyehand.apps.motion.cycle_comparison import cycle_rows
+from eyehand.apps.motion.loop_times import loop_row
 from eyehand.apps.motion.reach_methods import BASELINE, controller_method
 from eyehand.apps.motion.reach_outcome import ReachOutcome
 from eyehand.apps.motion.reach_run import ReachRecord, run_scene
@@ -80,6 +81,7 @@ def test_quick_run_prints_a_row_per_method_and_writes_its_files(tmp_path, capsys
             "dt must be > 0 s and at most the time limit, got dt 0.005, time limit 0",
         ),
         (("--boxes", 13), "--boxes must be from 0 to 12, got 13"),
+        (("--loop", -1), "--loop must be a finite time >= 0 s, got -1"),
         (("--only", "magic"), "unknown method 'magic'; choose from: null space only,"),
         (
             ("--only", "mink", "--no-baseline"),
@@ -155,3 +157,10 @@ def test_missing_mink_is_left_out_with_a_note(monkeypatch, capsys):
     assert "pip install 'eyehand[baselines]'" in capsys.readouterr().err
     with pytest.raises(InputError, match=r"pip install 'eyehand\[baselines\]'"):
         evaluate._selected_methods([BASELINE], baseline=True)
+
+
+def test_loop_at_1_khz_counts_calls_and_searches():
+    row = loop_row(2, 0.4)
+    assert row["calls"] == 400
+    assert 0 < row["step_p50_us"] <= row["step_p999_us"] <= row["step_max_us"]
+    assert row["processor_p999_us"] <= row["processor_max_us"] <= row["step_max_us"] + 50
