@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from .depth_correction import CORRECTED_SCALE_ERROR, DepthCorrection, correct_depth
     from .failed_grasps import FailedGrasps
     from .grasp_selection import select_grasp
+    from .hold_quality import plan_hold
     from .jaws import Grasp, GraspList, JawOptions, plan_grasps
     from .joined_robot import JoinedRobot
     from .motion import execute
@@ -82,6 +83,7 @@ __all__ = [
     "load_hand",
     "observe",
     "plan_grasps",
+    "plan_hold",
     "plan_prototypes",
     "select_grasp",
     "select_prototype",
@@ -96,6 +98,7 @@ _LAZY = {
     "JoinedRobot": "joined_robot",
     "correct_depth": "depth_correction",
     "plan_grasps": "jaws",
+    "plan_hold": "hold_quality",
     "Cell": "cell",
     "ClearOptions": "clearing",
     "CycleInfo": "cell",

@@ -15,7 +15,8 @@ if TYPE_CHECKING:
     from eyehand.grasping import Cell, ClearReport, CycleInfo, PickReport, SelectedGrasp
     from eyehand.perception import DepthFrame, Scene, SceneObject
 
-    from .bench.trial import PickRow, TrialResult
+    from .bench.pick_row import PickRow
+    from .bench.trial import TrialResult
 
 
 @dataclass(frozen=True)

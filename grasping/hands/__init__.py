@@ -4,7 +4,7 @@
 """
 
 from .closing import IDLE_OPENING, Closing, open_command, preshape_command
-from .grip_options import GripOptions
+from .grip_options import TENSION_PER_TIP_FORCE, GripOptions
 from .hand_files import built_in_hands, hand_json, load_hand, read_hand, write_hand
 from .hand_messages import (
     AnyCommand,
@@ -26,6 +26,7 @@ __all__ = [
     "IDLE_OPENING",
     "PALM",
     "PINCER_FINGER",
+    "TENSION_PER_TIP_FORCE",
     "THUMB",
     "AnyCommand",
     "AnyReading",

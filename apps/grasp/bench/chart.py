@@ -92,7 +92,10 @@ def chart_grasp(
     check_condition(friction, shake)
     machines = checked_machines(jobs, cluster)
     settings = [(DEFAULT, DEFAULT), FASTEST, MOST_RELIABLE] if quick else dial_settings(cross=cross)
-    conditions = [Condition(family, friction, shake, False, *dials) for dials in settings]
+    conditions = [
+        Condition(family, friction, shake, perception=perception, control=control)
+        for perception, control in settings
+    ]
     extras = trial_extras("lift", None)
     plan = RunPlan.of(conditions, seeds, count, extras, out, OUT)
     done = run_plan(plan, machines, run_grasp_trial, fresh=fresh)

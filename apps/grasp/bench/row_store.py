@@ -69,6 +69,9 @@ PICK_COLUMNS = {
     "curl": _NUMBER,
     "pushed": _FLAG,
     "touched_pushing": _COUNT,
+    "displacement": _NUMBER,
+    "score": _NUMBER,
+    "hold": _NUMBER,
 }
 """Columns of a pick's row."""
 SCENE_COLUMNS = {

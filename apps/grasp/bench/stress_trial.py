@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from eyehand.data_synth.scenes import TabletopObject
     from eyehand.grasping import ClearReport, Phase
 
-    from .trial import PickRow
+    from .pick_row import PickRow
 
 MAX_OBJECT_SPEED = 3.0
 """Maximum speed of an object, m/s. A faster one was thrown; an object that drops is slower."""

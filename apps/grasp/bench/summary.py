@@ -72,7 +72,10 @@ def summary_rows(
         interval; `perceive_ms` and `plan_ms`: medians over picks, with the 90th percentile;
         `seconds_per_pick`: mean simulated time; `touched_before`: bodies touched by mistake before
         a grasp, summed over picks; `pushing_picks`: picks that were allowed to push neighbours
-        aside; `touched_pushing`: neighbours that these touched. None without data.
+        aside; `touched_pushing`: neighbours that these touched; `displacement_mm`: median
+        motion of the object from its first contact to the hold, with the 90th percentile;
+        `hold_brier` and `score_brier`: Brier scores of the predicted hold and of the grasp's score.
+        None without data.
     """
     wanted = Counter(job.row for job in planned)
     rows = [_summary(name, own) for name, own in by_row(records).items()]
@@ -196,6 +199,9 @@ def _summary(name: str, records: Sequence[Record]) -> dict[str, Any]:
         "touched_before": sum(pick["touched_before"] or 0 for pick in picks),
         "pushing_picks": sum(bool(pick["pushed"]) for pick in picks),
         "touched_pushing": sum(pick["touched_pushing"] or 0 for pick in picks),
+        **_displacements(picks),
+        "hold_brier": _brier(picks, "hold"),
+        "score_brier": _brier(picks, "score"),
         "outcomes": dict(Counter(true_outcome(pick) for pick in picks).most_common()),
     }
 
@@ -216,8 +222,22 @@ def _times(stage: str, picks: Sequence[Record]) -> dict[str, float | None]:
     return {f"{stage}_ms": _rounded(median), f"{stage}_p90_ms": _rounded(p90)}
 
 
+def _displacements(picks: Sequence[Record]) -> dict[str, float | None]:
+    """Return median and 90th percentile of the displacements from first contact to hold, mm."""
+    metres = _figures(picks, "displacement")
+    median, p90 = 1e3 * np.percentile(metres, [50, 90]) if metres else (None, None)
+    return {"displacement_mm": _rounded(median), "displacement_p90_mm": _rounded(p90)}
+
+
+def _brier(picks: Sequence[Record], column: str) -> float | None:
+    """Return the mean squared error of a column that predicts success (Brier 1950)."""
+    known = [pick for pick in picks if pick.get(column) is not None]
+    errors = [(pick[column] - bool(pick["success"])) ** 2 for pick in known]
+    return _rounded(_mean(errors), 3)
+
+
 def _figures(picks: Sequence[Record], column: str) -> list[float]:
-    return [pick[column] for pick in picks if pick[column] is not None]
+    return [pick[column] for pick in picks if pick.get(column) is not None]
 
 
 def _mean(figures: Sequence[float]) -> float | None:

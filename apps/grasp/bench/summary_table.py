@@ -19,7 +19,8 @@ CAPTION = (
     "scenes); success: successful share of these; cleared: share of the objects in the tray; both "
     "with 95 % Wilson intervals. perceive, plan: medians per pick; s/pick: mean simulated time; "
     "touched: contacts with table or neighbours by mistake before a grasp; pushed: neighbours "
-    "touched / grasps that may push them aside, the last resort"
+    "touched / grasps that may push them aside, the last resort; moved: 90th percentile of the "
+    "object's motion from its first contact to the hold"
 )
 
 
@@ -60,6 +61,7 @@ def table_cells(row: Mapping[str, Any]) -> list[str]:
         _text(row["seconds_per_pick"], 1, "s"),
         f"{row['touched_before']}",
         f"{row['touched_pushing']}/{row['pushing_picks']}" if row["pushing_picks"] else NO_VALUE,
+        _text(row["displacement_p90_mm"], 1, "mm"),
     ]
 
 
@@ -73,6 +75,7 @@ COLUMNS = (
     "s/pick",
     "touched",
     "pushed",
+    "moved",
 )
 """Columns after the name of the condition."""
 

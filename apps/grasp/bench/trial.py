@@ -27,6 +27,9 @@ from ..mesh_scenes import ObjectSource, mesh_scene
 from ..scenes import GraspFamily, grasp_scene
 from ..true_solids import distances, true_solids
 from .dials import DEFAULT, control_dial, perception_dial
+from .displacement import Displacement
+from .pick_row import PickRow
+from .predicted_hold import predicted_hold
 from .unattempted import UnattemptedObject, unattempted_objects
 
 if TYPE_CHECKING:
@@ -83,49 +86,6 @@ class GraspTrial:
     mount: str = ""
     """Pose of the hand in the arm's flange: "x y z roll pitch yaw", m and rad. Empty for the
     default."""
-
-
-@dataclass(frozen=True)
-class PickRow:
-    """A pick in plain values, scored against the ground truth."""
-
-    pick: int
-    """Index of the pick, from 0."""
-    object: str
-    """True name of the target object."""
-    kind: str
-    """Kind of the fitted solid."""
-    prototype: str
-    """Grasp prototype."""
-    approach: str
-    """Approach side of the palm."""
-    rows: int
-    """Number of task rows that the approach controlled."""
-    outcome: str
-    """Outcome as reported by the robot."""
-    reason: str
-    """Reason of a failure."""
-    success: bool
-    """Whether the robot reports success and the object is in the tray."""
-    perceive_ms: float
-    """Duration of perception, ms."""
-    plan_ms: float
-    """Duration of grasp selection and planning, ms."""
-    seconds: float
-    """Simulated time of the pick, s."""
-    wall_seconds: float
-    """Wall time of the pick, s."""
-    touched_before: int
-    """Number of other bodies that the robot touched before the grasp by mistake. Neighbours that a
-    grasp may push aside are counted in `touched_pushing` instead."""
-    pads: int
-    """Number of pads in contact while the object was held."""
-    curl: float
-    """Bending angle of the fingers around the object, rad."""
-    pushed: bool = False
-    """Whether the grasp was allowed to push neighbours aside, as the last resort."""
-    touched_pushing: int = 0
-    """Number of neighbours that a pushing grasp touched before it closed."""
 
 
 @dataclass(frozen=True)
@@ -266,6 +226,7 @@ class Scorer:
         self._began = 0.0
         self._touched: set[str] = set()
         self._grasping = False
+        self._moved = Displacement(robot, "")
 
     def on_pick(self, choice: SelectedGrasp, report: PickReport | None) -> None:
         """Record a pick: before it, with None, and after it, with its report."""
@@ -274,6 +235,7 @@ class Scorer:
             self._began = time.perf_counter()
             self._robot.take_contacts()
             self._touched, self._grasping = set(), False
+            self._moved = Displacement(self._robot, self._target)
             return
         plan = report.plan
         touched = self._touched - {self._target}
@@ -300,6 +262,9 @@ class Scorer:
                 curl=report.finger_curl,
                 pushed=plan.may_push,
                 touched_pushing=len(intended),
+                displacement=self._moved.metres,
+                score=plan.score.total,
+                hold=predicted_hold(choice, self._robot.hand),
             )
         )
 
@@ -325,9 +290,11 @@ class Scorer:
         )
 
     def _note_cycle(self, cycle: CycleInfo) -> None:
-        if not self._grasping:
-            self._touched |= self._robot.take_contacts()
-            self._grasping = cycle.phase not in BEFORE_GRASP
+        if not self._grasping or self._moved.active:
+            touched = self._robot.take_contacts()
+            self._moved.update(cycle.phase, touched)
+            self._touched |= set() if self._grasping else touched
+            self._grasping = self._grasping or cycle.phase not in BEFORE_GRASP
         if self._on_cycle is not None:
             self._on_cycle(cycle)
 

@@ -364,8 +364,8 @@ def test_intended_contacts_are_summed_separately(made_up):
     second.update(touched_before=0, pushed=True, touched_pushing=2)
     pile, single = summary_rows(rows)
     assert (pile["touched_before"], pile["touched_pushing"], pile["pushing_picks"]) == (1, 2, 1)
-    assert table_cells(pile)[-2:] == ["1", "2/1"]
-    assert table_cells(single)[-2:] == ["0", "-"]
+    assert table_cells(pile)[-3:] == ["1", "2/1", "-"]
+    assert table_cells(single)[-3:] == ["0", "-", "-"]
 
 
 def test_rerun_command_is_demo_for_demo_conditions(made_up):

@@ -122,7 +122,8 @@ def test_conditions_share_seeds_and_keys_are_unique():
 
 
 def test_columns_cover_trials_and_results():
-    from eyehand.apps.grasp.bench.trial import GraspTrial, PickRow, TrialResult
+    from eyehand.apps.grasp.bench.pick_row import PickRow
+    from eyehand.apps.grasp.bench.trial import GraspTrial, TrialResult
     from eyehand.apps.grasp.bench.unattempted import UnattemptedObject
 
     extras = {"purpose": "lift", "objects_dir": "", **RobotChoice().trial_fields()}

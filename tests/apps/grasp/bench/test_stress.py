@@ -9,6 +9,7 @@ import pytest
 from eyehand.apps.bench.stress import StressArguments
 from eyehand.apps.grasp.bench import stress as command
 from eyehand.apps.grasp.bench.event_sweeps import PHASES, displaced_scene
+from eyehand.apps.grasp.bench.pick_row import PickRow
 from eyehand.apps.grasp.bench.stress import grasp_stage, grasp_sweeps, stress_grasp
 from eyehand.apps.grasp.bench.stress_objects import can_on_table, object_on_table
 from eyehand.apps.grasp.bench.stress_trial import (
@@ -17,7 +18,6 @@ from eyehand.apps.grasp.bench.stress_trial import (
     StressOutcome,
     stress_cell,
 )
-from eyehand.apps.grasp.bench.trial import PickRow
 from eyehand.errors import InputError
 from eyehand.grasping.clearing import observe
 from eyehand.grasping.pick_options import PickOptions

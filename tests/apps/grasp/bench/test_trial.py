@@ -42,6 +42,8 @@ def test_single_object_is_put_into_tray(known):
     assert pick.pads >= 2
     assert pick.rows <= 6
     assert pick.seconds < 12
+    assert pick.displacement is not None
+    assert 0.0 <= pick.displacement < 0.03
 
 
 def test_mesh_from_folder_is_picked(tmp_path):
