@@ -21,6 +21,10 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "find where a camera is mounted, from images of a board at several robot poses",
     ),
     "fit": ("eyehand.apps.fit:fit_command", "fit the simplest solid to point clouds and meshes"),
+    "doctor": (
+        "eyehand.apps.doctor:doctor_command",
+        "report what works on this machine, and what to install for the rest",
+    ),
     "synth": ("eyehand.apps.synth:synth", "make a synthetic tabletop frame with its ground truth"),
     "evaluate segmentation": (
         "eyehand.apps.segmentation.evaluate:evaluate_segmentation",

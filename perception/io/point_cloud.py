@@ -28,6 +28,10 @@ CLOUD_SUFFIXES = (".ply", ".pcd", ".npz", ".xyz", ".txt", ".csv", ".obj", ".stl"
 WRITTEN_SUFFIXES = (".ply", ".pcd", ".npz", ".xyz")
 """File formats of `write_cloud`."""
 
+MAX_COORDINATE_M = 1e9
+"""Maximum absolute coordinate, m. Earth-centred coordinates are below 1e7; products of larger ones
+leave the range of numbers."""
+
 DEFAULT_SAMPLES = 10_000
 """Points sampled from a surface. On a 10 cm box their mean spacing is 2 mm."""
 
@@ -58,7 +62,8 @@ def read_cloud(
     Raises
     ------
     InputError
-        If the file is missing, damaged, of an unknown format, or holds no finite point.
+        If the file is missing, damaged, of an unknown format, or holds no finite point, or a
+        coordinate is larger than `MAX_COORDINATE_M`.
     """
     path = Path(path)
     suffix = _checked_suffix(path, CLOUD_SUFFIXES)
@@ -78,6 +83,11 @@ def read_cloud(
         finite = points[np.isfinite(points).all(axis=1)].astype(np.float64)
         if not len(finite):
             raise InputError(f"none of its {len(points)} points is finite, expected at least 1")
+        farthest = float(np.abs(finite).max())
+        if farthest > MAX_COORDINATE_M:
+            raise InputError(
+                f"a coordinate is {farthest:.3g} m, expected at most {MAX_COORDINATE_M:.0e} m"
+            )
         return finite
 
 

@@ -20,6 +20,8 @@ import numpy as np
 
 from eyehand.errors import DeviceError
 
+from ...bench.peak_memory import return_freed_memory
+
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
@@ -150,6 +152,8 @@ def attempt(run: RunTrial, trial: Mapping[str, Any]) -> SceneOutcome:
         return SceneOutcome(lost=_describe(error))
     except Exception as error:
         return SceneOutcome(fault=_describe(error))
+    finally:
+        return_freed_memory()
 
 
 def run_grasp_trial(trial: dict[str, Any]) -> dict[str, Any]:

@@ -1,9 +1,12 @@
-"""The peak memory of a function call."""
+"""The peak memory of a function call, and the return of freed memory."""
+
+import sys
 
 import numpy as np
+import pytest
 
 from eyehand.apps.bench import peak_memory
-from eyehand.apps.bench.peak_memory import peak_megabytes
+from eyehand.apps.bench.peak_memory import peak_megabytes, return_freed_memory
 
 
 def allocate_and_free(megabytes: int) -> int:
@@ -21,3 +24,14 @@ def test_peak_counts_freed_memory():
 def test_uses_tracemalloc_without_proc(monkeypatch, tmp_path):
     monkeypatch.setattr(peak_memory, "_RESET", tmp_path / "absent" / "clear_refs")
     assert 39 < peak_megabytes(lambda: allocate_and_free(40)) < 45
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="malloc_trim is a call of glibc")
+def test_freed_memory_between_live_arrays_returns_to_the_system():
+    before = peak_memory._status("VmRSS")
+    blocks = [np.ones(100_000, np.uint8) for _ in range(2000)]
+    kept = blocks[::50]
+    del blocks
+    return_freed_memory()
+    assert peak_memory._status("VmRSS") - before < 40e6
+    assert len(kept) == 40

@@ -148,3 +148,9 @@ def test_real_carton_cloud_is_read() -> None:
     assert np.all(np.ptp(points, axis=0) < 0.3)
     organised = read_cloud(DATA / "frames/pcl/milk_cartoon_all_small_clorox.pcd")
     assert organised.shape == (307200 - 65793, 3)
+
+
+def test_coordinates_beyond_any_place_on_earth_are_refused(tmp_path: Path) -> None:
+    np.savez(tmp_path / "a.npz", points=np.array([[0.0, 0.0, 1.0], [0.0, -1e308, 0.0]]))
+    with pytest.raises(InputError, match=r"a\.npz: a coordinate is 1e\+308 m, expected at most"):
+        read_cloud(tmp_path / "a.npz")
