@@ -1,4 +1,7 @@
-"""Draw a grasp into a picture: palm, fingers, thumb, and the approach direction."""
+"""Draw a grasp into a picture: palm, fingers, thumb, and the approach direction.
+
+Of a gripper, both jaws have the colour of fingers.
+"""
 
 from __future__ import annotations
 
@@ -42,18 +45,22 @@ def draw_grasp(
     plan
         The grasp.
     T_world_palm
-        Pose of the palm; default: the preferred pose of the plan.
+        Pose of the palm, or of the tool frame of a gripper; default: the preferred pose of the
+        plan.
     """
-    if not plan or plan.geometry is None or frame.T_world_camera is None:
+    if not plan or frame.T_world_camera is None:
         return
     if T_world_palm is None:
         T_world_palm = preferred_palm(plan)
     half = plan.opening / 2
-    reach = max(plan.standoff, MIN_FINGER_LINE)
+    jaws = plan.geometry is None
+    # The frame of a gripper lies between its fingertips, that of a hand in its palm.
+    palm = -MIN_FINGER_LINE if jaws else 0.0
+    reach = 0.0 if jaws else max(plan.standoff, MIN_FINGER_LINE)
     strokes = (
-        ([[0, 0, -APPROACH_LINE], [0, 0, 0]], BRIGHT),
-        ([[half, 0, 0], [-half, 0, 0], [-half, 0, reach]], BRIGHT),
-        ([[0, 0, 0], [half, 0, 0], [half, 0, reach]], THUMB),
+        ([[0, 0, palm - APPROACH_LINE], [0, 0, palm]], BRIGHT),
+        ([[half, 0, palm], [-half, 0, palm], [-half, 0, reach]], BRIGHT),
+        ([[0, 0, palm], [half, 0, palm], [half, 0, reach]], BRIGHT if jaws else THUMB),
     )
     zoom = picture.shape[1] / frame.depth.shape[1]
     T_camera_palm = frame.T_world_camera.inv() * T_world_palm
@@ -72,10 +79,14 @@ def draw_grasp(
 
 
 def preferred_palm(plan: GraspPlan) -> RigidTransform:
-    """Return the preferred palm pose of a plan: z out of the palm, x from fingers to thumb."""
-    assert plan.geometry is not None
+    """Return the preferred palm pose of a plan: z out of the palm, x from fingers to thumb.
+
+    Of a gripper it is the pose of the tool frame.
+    """
     z = plan.palm / np.linalg.norm(plan.palm)
     x = plan.closing - (plan.closing @ z) * z
     x /= np.linalg.norm(x)
     turn = Rotation.from_matrix(np.column_stack([x, np.cross(z, x), z]))
+    if plan.geometry is None:
+        return RigidTransform.from_components(plan.tasks[0].point, turn)
     return RigidTransform.from_components(plan.geometry.centre - plan.standoff * z, turn)

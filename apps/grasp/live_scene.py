@@ -106,7 +106,7 @@ class LiveScene:
                 for number, part in enumerate(parts)
                 for handle in self._draw_solid(f"{node}/{item.label}/{number}", item.label, part)
             ]
-        if plan is not None and plan.geometry is not None:
+        if plan:
             palm = preferred_palm(plan)
             self._grasp = self._scene.add_frame(
                 f"{node}/grasp",

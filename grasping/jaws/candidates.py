@@ -21,7 +21,7 @@ ROUND_RATIO = 0.6
 """Minimum ratio of the semi-axes of such a section. A flat ellipse turns between the pads."""
 ROUND_STEPS = 12
 """Closing axes over half a turn around a round section."""
-APPROACH_STEPS = 12
+APPROACH_STEPS = 24
 """Approaches over a full turn around the closing axis."""
 MAX_UPRIGHT = 0.8
 """Maximum cosine between the closing axis and the vertical. A finger cannot reach below an object

@@ -26,8 +26,8 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
     from pathlib import Path
 
-BIN_EDGES = (0.0, 0.3, 0.5, 0.7, 0.85, 1.0)
-"""Bins of the predicted probability."""
+BINS = 5
+"""Number of bins of the predicted probability, with equally many grasps."""
 
 
 def evaluate_protocol(settings: ProtocolSettings, *, json: bool) -> int:
@@ -173,20 +173,20 @@ def _rate(name: str, wins: int, total: int) -> dict[str, float | None]:
 
 
 def _bins(attempts: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
-    """Return predicted and observed success in bins of the prediction."""
+    """Return predicted and observed success in bins of equally many attempts."""
     predicted = np.array([attempt["predicted"] for attempt in attempts])
     success = np.array([attempt["success"] for attempt in attempts], dtype=np.float64)
-    place = np.clip(np.digitize(predicted, BIN_EDGES[1:-1]), 0, len(BIN_EDGES) - 2)
+    order = np.argsort(predicted, kind="stable")
     return [
         {
-            "low_pct": percent(BIN_EDGES[k]),
-            "high_pct": percent(BIN_EDGES[k + 1]),
-            "attempts": int(np.count_nonzero(place == k)),
-            "predicted_pct": percent(float(predicted[place == k].mean())),
-            "observed_pct": percent(float(success[place == k].mean())),
+            "low_pct": percent(float(predicted[part].min())),
+            "high_pct": percent(float(predicted[part].max())),
+            "attempts": len(part),
+            "predicted_pct": percent(float(predicted[part].mean())),
+            "observed_pct": percent(float(success[part].mean())),
         }
-        for k in range(len(BIN_EDGES) - 1)
-        if (place == k).any()
+        for part in np.array_split(order, BINS)
+        if len(part)
     ]
 
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from eyehand.apps.grasp.bench.unattempted import unattempted_objects
+from eyehand.grasping import ClearReport
 
 PLACES = {"can": 0.0, "plate": 1.0, "ball": 2.0}
 
@@ -27,14 +28,12 @@ def outcomes(
     cell = SimpleNamespace(
         scene=SimpleNamespace(objects=perceived), reading=SimpleNamespace(fault=fault)
     )
-    report = SimpleNamespace(
-        remaining=remaining, stop_reason=stopped, picks=[SimpleNamespace(outcome=last)]
-    )
+    report = ClearReport(cast("Any", (SimpleNamespace(outcome=last),)), 1, remaining, stopped)
 
     def nearest(point: np.ndarray) -> str:
         return min(PLACES, key=lambda name: abs(PLACES[name] - point[0]))
 
-    rows = unattempted_objects(left, tried, cast("Any", report), cast("Any", cell), nearest)
+    rows = unattempted_objects(left, tried, report, cast("Any", cell), nearest)
     return [(row.object, row.outcome) for row in rows]
 
 
