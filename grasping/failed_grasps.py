@@ -94,7 +94,8 @@ class FailedGrasps:
         """Return label → failed object of the objects of a scene that failed before.
 
         An object is recognised at its place. Elsewhere it must have the same size, lie within
-        `MAX_MOTION`, and not be one of the other objects of that time.
+        `MAX_MOTION`, and not be one of the other objects of that time. Several segments inside
+        the former solid are parts of one object: the same image may be segmented otherwise.
         """
         found: dict[int, FailedObject] = {}
         lost: list[FailedObject] = []
@@ -108,6 +109,10 @@ class FailedGrasps:
             near = _nearest(entry, scene, found, MAX_MOTION)
             if near is not None:
                 found[near.label] = entry
+        for item in scene.objects:
+            inside = [entry for entry in self.objects if _is_inside(item, entry)]
+            if inside:
+                found.setdefault(item.label, inside[-1])
         return found
 
     def add(
@@ -139,6 +144,12 @@ def _nearest(
             if have_same_size(item, entry.item) and not _was_there(item, entry)
         ]
     return min(candidates, key=lambda item: _distance(item, entry.item), default=None)
+
+
+def _is_inside(item: SceneObject, entry: FailedObject) -> bool:
+    """Return whether the centre of an object lies in the solid of the failed one."""
+    solid = entry.item.fit.superquadric
+    return solid is not None and bool(solid.contains(_centre(item)))
 
 
 def _was_there(item: SceneObject, entry: FailedObject) -> bool:

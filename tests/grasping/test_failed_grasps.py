@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from scipy.spatial.transform import RigidTransform, Rotation
 
@@ -72,3 +74,12 @@ def test_failures_of_one_object_add_up_while_it_moves():
     third = memory.recognise(scene_of(box(0.12)))
     assert len(third[1].grasps) == 2
     assert third[1].slipped
+
+
+def test_part_of_a_failed_object_that_is_segmented_anew_is_recognised():
+    memory, _ = remembered(scene_of(box(0.0, size=(0.04, 0.12, 0.09))))
+    whole = scene_of(box(0.0, size=(0.04, 0.12, 0.09))).objects[0]
+    points = whole.points[whole.points[:, 1] > 0.01]
+    assert np.linalg.norm(points.mean(axis=0) - whole.points.mean(axis=0)) > 0.03
+    part = replace(whole, label=1, points=points)
+    assert 1 in memory.recognise(replace(scene_of(), objects=(part,)))
