@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -37,29 +38,41 @@ def touching_fingers(
     hand: HandModel,
 ) -> NDArray[np.bool_]:
     """Return which fingers of the row touch the solid when the hand closes, (R,)."""
+    centre_at, to_solid, semi_axes, exponents, taper = _arrays(solid)
     middle = palm_position(geometry, placement)
-    to_solid = solid.rotation
     axes = np.array([geometry.closing, geometry.finger_row, geometry.palm])
     offsets = hand.row_offsets
     # The part of a pad that is nearest to the middle of the object meets the widest section.
-    centre = float((solid.centre - middle) @ geometry.finger_row)
+    centre = float((centre_at - middle) @ geometry.finger_row)
     slack = max(0.5 * hand.pad_width - MIN_OVERLAP, 0.0)
-    rows = np.clip(centre, offsets - slack, offsets + slack)
+    rows = np.minimum(np.maximum(centre, offsets - slack), offsets + slack)
     reach = hand.reach(geometry.width)
     depths = WRAP_SHARES * reach if prototype == "power" else reach - TIP_DEPTHS
     chords = np.empty((len(rows), len(depths), 2))
     pad_chords(
         rows,
         depths,
-        (middle - solid.centre) @ to_solid,
+        (middle - centre_at) @ to_solid,
         MAX_CHORD,
-        solid.semi_axes,
-        np.array(solid.exponents),
-        np.array(solid.taper),
-        np.ascontiguousarray(axes @ to_solid),
+        semi_axes,
+        exponents,
+        taper,
+        axes @ to_solid,
         chords,
     )
     return np.asarray(np.isfinite(chords[..., 0]).any(axis=1))
+
+
+@lru_cache(maxsize=64)
+def _arrays(solid: Superquadric) -> tuple[NDArray[np.float64], ...]:
+    """Return centre, rotation, semi-axes, exponents and taper of a solid."""
+    return (
+        solid.centre,
+        solid.rotation,
+        solid.semi_axes,
+        np.array(solid.exponents),
+        np.array(solid.taper),
+    )
 
 
 def palm_position(geometry: GraspGeometry, placement: PalmPlacement) -> NDArray[np.float64]:
