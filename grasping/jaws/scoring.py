@@ -38,6 +38,8 @@ DENSITY = 500.0
 """Likely mass over volume of an unknown object, kg/m³."""
 LIKELY_FORCE = 20.0
 """Closing force of each jaw that is assumed where the hand can do more, N."""
+MIN_CAPACITY = 1e-9
+"""Torque in N m below which a contact counts as frictionless."""
 LEVER_SCALE = 0.08
 """Distance of the centre of mass from the closing axis that costs 40 %, m. It matters for objects
 that are heavier than they look."""
@@ -132,7 +134,8 @@ def _torque(
     across = np.abs(np.einsum("ij,ij->i", offset, level))
     force = min(LIKELY_FORCE, hand.force[1])
     radius = PAD_RADIUS_SHARE * min(hand.pad_width, hand.pad_height)
-    capacity = 2.0 * options.friction * force * radius
+    # Without friction the contact resists no torque, and the quotient below must stay finite.
+    capacity = max(2.0 * options.friction * force * radius, MIN_CAPACITY)
     bending = across / (force * (contact.overlap + SAMPLE_SPACING))
     load = DENSITY * volume * GRAVITY * np.hypot(lever / capacity, bending)
     return expit((1.0 - load) / 0.25) * np.exp(-0.5 * (lever / LEVER_SCALE) ** 2)
