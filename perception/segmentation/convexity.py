@@ -19,8 +19,9 @@ if TYPE_CHECKING:
 HOLLOW = -0.35
 """Maximum convexity of the inside of a vessel. A higher value takes the backs of bent sheets for
 vessels, a lower one misses shallow bowls."""
-SAMPLES = 64
-"""Pixels that represent a region. The time grows with their square."""
+SAMPLES = 128
+"""Pixels that represent a region. The time grows with their square. 64 miss the inside of a bowl:
+its convexity is -0.24 with them, -0.50 with 128, -0.45 with 400."""
 
 
 def region_convexity(
