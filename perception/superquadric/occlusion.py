@@ -70,7 +70,8 @@ def occlusion_alternatives(
     Returns
     -------
     tuple
-        At most two solids per side; none if nothing hides the object, or it is a vessel.
+        At most two solids per side of each part, in place of that part; none if nothing hides the
+        object, or it is a vessel.
     """
     free_space = observation.free_space
     if fit.superquadric is None or free_space is None or fit.vessel or not fit.candidates:
@@ -78,12 +79,12 @@ def occlusion_alternatives(
     rays = _hidden_rays(free_space)
     if not len(rays):
         return ()
-    view = _view(fit, fit.superquadric, rays, observation, options)
-    solid = fit.superquadric
     found: list[CandidateSolid] = []
-    for axis in range(3):
-        for outwards in (solid.rotation[:, axis], -solid.rotation[:, axis]):
-            found += _ends(view, axis, outwards)
+    for solid in fit.parts or (fit.superquadric,):
+        view = _view(fit, solid, rays, observation, options)
+        for axis in range(3):
+            for outwards in (solid.rotation[:, axis], -solid.rotation[:, axis]):
+                found += _ends(view, axis, outwards)
     return tuple(found)
 
 
@@ -91,6 +92,7 @@ class _View(NamedTuple):
     """The fit, and the data to compare solids with it."""
 
     selected: CandidateSolid
+    """The part whose sides move, with the criterion of the fit."""
     others: tuple[Superquadric, ...]
     """The other parts of the object."""
     points: NDArray[np.float64]
@@ -133,7 +135,7 @@ def _view(
     residuals = distances[nearest, np.arange(len(points))]
     nothing = np.zeros(len(rays))
     return _View(
-        selected=fit.candidates[0],
+        selected=replace(fit.candidates[0], superquadric=solid),
         others=others,
         points=points,
         samples=effective_sample_size(points, residuals),

@@ -81,8 +81,9 @@ class SuperquadricFit:
     without a solid. `sides`, `width` and `covariance` add the error of the model."""
     alternatives: tuple[CandidateSolid, ...] = ()
     """Solids of another shape that explain the points about as well. Where an occluder or the image
-    border hides the end of the object, some of them end elsewhere. Where the view does not show the
-    depth, the last ones are the thinnest and the deepest possible solid."""
+    border hides the end of the object, some of them end elsewhere, each in place of one part. Where
+    the view does not show the depth, the last ones are the thinnest and the deepest possible
+    solid."""
     parts: tuple[Superquadric, ...] = ()
     """Solids of the object, largest first: one unless `max_parts` allows more and they are
     needed."""

@@ -11,6 +11,7 @@ from ...console import print_json, say, show, tracked
 from ...perceived_frame import load_kernels
 from ...run_folder import claim_folder
 from .comparison import OWN
+from .hidden_views import hide_in_turn
 from .household_meshes import read_household
 from .mesh_scenes import mesh_scenes
 from .mesh_summary import mesh_summary
@@ -63,6 +64,8 @@ def evaluate_meshes(
         run = scene_trials
     else:
         images = mesh_views(meshes, views, data.poses, data.noise, seed)
+        if data.hidden:
+            images = hide_in_turn(images, [share / 100 for share in data.hidden])
         run = view_trials
     trials: list[MeshTrial] = []
     # The first fit loads compiled kernels. It does not count.

@@ -34,6 +34,9 @@ class MeshData:
     """Maximum number of resting poses per mesh; the first is the one nearest to the file's."""
     neighbours: bool = False
     """Set three other meshes beside each one, and perceive the scene without any knowledge."""
+    hidden: Annotated[tuple[float, ...], Parameter(consume_multiple=True)] = ()
+    """Shares of the rows or columns of an object, %, that something nearer hides from one side. The
+    views take them in turn."""
     half: HalfName = "all"
     """Half of the meshes by name: settings are chosen on one, figures come from the other."""
 
@@ -43,6 +46,10 @@ class MeshData:
             raise InputError(f"--poses must be >= 1, got {self.poses}")
         if self.neighbours and FACE_ON in self.views:
             raise InputError(f"--views must be elevations with --neighbours, got {FACE_ON!r}")
+        if self.hidden and self.neighbours:
+            raise InputError(f"--hidden needs objects without --neighbours, got {self.hidden}")
+        if any(not 0 <= share <= 95 for share in self.hidden):
+            raise InputError(f"--hidden must be percentages within [0, 95], got {self.hidden}")
         if not self.views:
             raise InputError("--views must name an elevation in degrees or face, got none")
         self.directions()

@@ -96,3 +96,24 @@ def test_points_far_inside_the_end_of_a_solid_are_no_error():
         moved = replace(fit, superquadric=away, parts=(away,), candidates=(first,))
         found = occlusion_alternatives(moved, view, FitOptions())
         assert all(np.all(other.superquadric.semi_axes > 0) for other in found)
+
+
+def test_every_part_may_end_later_behind_an_occluder():
+    _, fit = fit_box(0.0, Box(0.09, 0.5, (0.13, 0.03, 0.25)))
+    evidence, whole = fit.evidence, fit.superquadric
+    assert whole is not None
+    assert evidence is not None
+    cloud = FilteredCloud(evidence.points, 0.0, on_grid=True)
+    view = Observation(cloud, evidence.view_origin, evidence.plane, evidence.free_space)
+    axis = int(np.argmax(np.abs(whole.rotation.T @ SIDE)))
+    along = whole.rotation[:, axis] * np.sign(whole.rotation[:, axis] @ SIDE)
+    parts = []
+    for share, shift in ((0.7, -0.3), (0.3, 0.7)):
+        half = whole.semi_axes.copy()
+        half[axis] *= share
+        move = RigidTransform.from_translation(shift * whole.semi_axes[axis] * along)
+        parts.append(replace(whole, semi_axes=half, pose=move * whole.pose, kind="superquadric"))
+    divided = replace(fit, superquadric=parts[0], parts=tuple(parts), alternatives=())
+    found = occlusion_alternatives(divided, view, FitOptions())
+    reach = max(float(other.superquadric.support(SIDE)) for other in found)
+    assert reach > float(parts[1].support(SIDE)) + 0.01

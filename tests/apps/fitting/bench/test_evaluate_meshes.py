@@ -110,6 +110,9 @@ def test_neighbours_are_perceived_without_knowledge(folder, tmp_path, capsys):
         (["--views", 90], "--views must be elevations"),
         (["--views", "nan"], "--views must be elevations"),
         (["--neighbours", "--views", "face"], "--views must be elevations with --neighbours"),
+        (["--neighbours", "--hidden", 30], "--hidden needs objects without --neighbours"),
+        (["--hidden", 30, 100], "--hidden must be percentages within [0, 95]"),
+        (["--hidden", "nan"], "--hidden must be percentages within [0, 95]"),
     ],
 )
 def test_bad_options_give_one_line(arguments, message, folder, tmp_path, capsys):
