@@ -250,6 +250,8 @@ def _note(fitted: FittedCloud) -> str:
     if fit.ambiguous:
         kinds = dict.fromkeys(candidate.kind for candidate in fit.alternatives)
         notes.append(f"or {', '.join(kinds)}")
+    if fit.width_uncertain:
+        notes.append("width uncertain")
     if fit.uncertainty is not None and fit.uncertainty.unobserved:
         notes.append(f"not seen: {' '.join(fit.uncertainty.unobserved)}")
     solid = fit.superquadric

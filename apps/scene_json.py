@@ -112,6 +112,7 @@ def fit_json(fit: SuperquadricFit) -> dict[str, Any]:
         "margin": _number(fit.margin) if math.isfinite(fit.margin) else None,
         "ambiguous": fit.ambiguous,
         "outline_differs": fit.outline_differs,
+        "width_uncertain": fit.width_uncertain,
         "covered_share": _number(fit.covered_share),
         "missed_share": _number(fit.missed_share),
         "alternatives": [_candidate(c) for c in fit.alternatives],

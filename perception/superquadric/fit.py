@@ -227,7 +227,8 @@ def _check_free_space(
     """Return the fit with its shares of pixels, not converged if it covers too much."""
     if shares is None or free_space is None:
         return fit
-    reason = fit.reason or check_covered_share(shares.covered, free_space)
+    # The solid of an object with a hole is right outside, and its outline differs.
+    reason = fit.reason or check_covered_share(shares.beside, free_space)
     return replace(
         fit,
         covered_share=shares.covered,
@@ -290,7 +291,7 @@ def _sort_by_outline(
 
     def wrong_share(model: CandidateModel) -> float:
         solid = candidate_solid(model, problem).superquadric
-        return sum(outline_shares([solid], free_space, COVERED_NOISE * options.noise))
+        return sum(outline_shares([solid], free_space, COVERED_NOISE * options.noise)[:2])
 
     first = wrong_share(models[0])
     limit = models[0].criterion + OUTLINE_WEIGHT * first

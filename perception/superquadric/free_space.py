@@ -91,15 +91,21 @@ class FreeSpace:
         in_front, _ = self.occluders
         return outside | in_front[around].any(axis=1) | inside
 
-    @cached_property
+    @property
     def hole_share(self) -> float:
-        """Number of rays through holes of the object over that of the rays on it, 0 without one.
+        """Number of rays through holes of the object over that of the rays on it, 0 without one."""
+        return float(self.holes.sum() / max(np.count_nonzero(self.on_object), 1))
+
+    @cached_property
+    def holes(self) -> NDArray[np.bool_]:
+        """Mask (K,) of the rays through holes of the object.
 
         A hole is a group of rays that meet something behind the object and are enclosed by it.
         """
+        found = np.zeros(len(self.rays), dtype=bool)
         outside = np.flatnonzero(~self.on_object)
         if not len(outside) or not self.on_object.any():
-            return 0.0
+            return found
         links = KDTree(self.rays[outside]).query_pairs(
             STRAIGHT_PITCHES * self.pitch, output_type="ndarray"
         )
@@ -109,7 +115,8 @@ class FreeSpace:
         behind = (self.depth[outside] > 0) & ~self.occluders[0][outside]
         is_hole = np.bincount(group, weights=behind, minlength=count) == sizes
         is_hole &= (sizes >= MIN_HOLE_RAYS) & (sizes < sizes.max())
-        return float(sizes[is_hole].sum() / np.count_nonzero(self.on_object))
+        found[outside] = is_hole[group]
+        return found
 
     @cached_property
     def occluders(self) -> tuple[NDArray[np.bool_], NDArray[np.float64]]:
@@ -135,6 +142,8 @@ class OutlineShares(NamedTuple):
     """Share of the pixels of the solids in space seen to be empty, 0-1."""
     missed: float
     """Share of the pixels of the object that the solids do not meet, 0-1."""
+    beside: float
+    """Share of the pixels of the solids in such space outside holes of the object, 0-1."""
 
 
 def covered_share(solids: Iterable[Superquadric], free_space: FreeSpace, tolerance: float) -> float:
@@ -164,9 +173,14 @@ def outline_shares(
     """Return the wrong pixels of the outline of a union of solids; see :func:`covered_share`."""
     states = ray_states(solids, free_space, tolerance)
     missed = states[free_space.on_object] == 0
+    covered, solid = states > 1, max(np.count_nonzero(states > 0), 1)
+    count = np.count_nonzero(covered)
+    # Few solids cover enough for the search for holes.
+    in_holes = np.count_nonzero(covered & free_space.holes) if count > MIN_HOLE_RAYS else 0
     return OutlineShares(
-        covered=float(np.count_nonzero(states > 1) / max(np.count_nonzero(states > 0), 1)),
+        covered=float(count / solid),
         missed=float(np.count_nonzero(missed) / max(len(missed), 1)),
+        beside=float((count - in_holes) / solid),
     )
 
 

@@ -160,7 +160,7 @@ def check_size(shape: ShapeParameters, problem: FitProblem, options: FitOptions)
 
 
 def check_covered_share(share: float, free_space: FreeSpace) -> str:
-    """Check the share of the pixels of a solid that lie in space seen to be empty."""
+    """Check the share of the pixels of a solid in space seen to be empty outside holes."""
     if share <= MAX_COVERED_SHARE:
         return ""
     why = "is the object bent, branched or several objects?"

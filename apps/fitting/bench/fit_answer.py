@@ -41,4 +41,5 @@ class FitAnswer:
 
 def is_doubted(fit: SuperquadricFit) -> bool:
     """Return whether a usable fit states a doubt about its shape."""
-    return bool(fit) and (bool(fit.reason) or fit.ambiguous or fit.outline_differs)
+    stated = bool(fit.reason) or fit.ambiguous or fit.outline_differs
+    return bool(fit) and (stated or fit.width_uncertain)

@@ -1,5 +1,7 @@
 """Tests of sides and widths: exact solids are covered, bounds hold, and misfit widens them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import RigidTransform, Rotation
@@ -156,3 +158,18 @@ def test_waves_are_misfit():
     misfit, noise = correlated_misfit(points, solid.normals(points), solid.distance(points))
     assert misfit == pytest.approx(0.002, rel=0.3)
     assert noise == pytest.approx(0.001, rel=0.3)
+
+
+@pytest.mark.parametrize(("elevation_deg", "uncertain"), [(8.0, True), (50.0, False)])
+def test_width_is_uncertain_where_the_depth_is_hardly_seen(elevation_deg, uncertain):
+    angle = np.radians(elevation_deg)
+    eye = 0.65 * np.array([0.0, -np.cos(angle), np.sin(angle)])
+    pose = RigidTransform.from_translation([0.0, 0.0, 0.06])
+    box = Superquadric(np.array([0.06, 0.03, 0.06]), (0.05, 0.05), pose, "box")
+    rng = np.random.default_rng(1)
+    points = sample_surface(box, 8000, rng)
+    points = points[np.einsum("ij,ij->i", box.normals(points), eye - points) > 0][:1500]
+    points += rng.normal(0.0, 0.001, points.shape)
+    fit = fit_superquadric(points, view_origin=eye, support_plane=[0.0, 0.0, 1.0, 0.0])
+    assert fit.width_uncertain == uncertain
+    assert not replace(fit, evidence=None).width_uncertain

@@ -79,6 +79,17 @@ def test_missed_pixels_are_those_of_the_object_beside_the_solid():
     assert outline_shares([], view(0.6, on_object), 0.0).missed == 1.0
 
 
+def test_pixels_in_a_hole_are_not_beside_the_object():
+    solid = Superquadric(np.full(3, 0.05), (1.0, 1.0), RigidTransform.from_translation([0, 0, 0.7]))
+    rays = view(0.7).rays
+    miss = np.linalg.norm(np.cross(rays, solid.centre), axis=1)
+    ring = (miss > 0.02) & (miss < 0.04)
+    shares = outline_shares([solid], view(np.where(ring, 0.65, 0.9), ring), 0.0)
+    met = miss < 0.05
+    assert shares.covered == pytest.approx(np.mean(~ring[met]), abs=1e-9)
+    assert shares.beside == pytest.approx(np.mean(miss[met] >= 0.04), abs=1e-9)
+
+
 def test_frame_does_not_change_the_share():
     solid, free_space = random_solid(4), view(0.7)
     by = np.array([1.0, -2.0, 0.5])
