@@ -17,4 +17,4 @@ def main(address="", scenes=100):
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:2])
+    main(sys.argv[1] if len(sys.argv) > 1 else "")
