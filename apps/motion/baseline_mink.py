@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from eyehand.data_synth import HOME_KEY, JOINT_SPEED, TOOL_SITE
 from eyehand.data_synth.scenes import arm_spec, clearance_pairs
@@ -17,6 +18,8 @@ if TYPE_CHECKING:
 
     from eyehand.data_synth.scenes import ReachingScene
 
+    from .reach_outcome import Goal
+
 # The settings below have the best success on seeds 0 to 119. Most of them hardly matter.
 SOLVER = "daqp"
 """Solver of mink's quadratic program."""
@@ -26,6 +29,11 @@ POSTURE_COST = 1e-4
 """Weight of the starting posture, relative to the tool's position."""
 DAMPING = 1e-4
 """Weight of small joint steps. More is smoother, and slower near singular postures."""
+ORIENTATION_COST = {"position": 0.0, "axis": (0.3, 0.3, 0.0), "pose": 0.3}
+"""Weight of the orientation of the tool by goal, m/rad; the rotation about its axis is free for an
+axis."""
+TURN_SPEED = 1.0
+"""Limit of the tool's commanded angular speed, rad/s."""
 MARGIN = 0.010
 """Distance that every pair of shapes must keep, m."""
 APPROACH = 0.1
@@ -92,21 +100,29 @@ def run_mink(
         If mink is not installed.
     """
     reach = reach or ReachOptions()
-    return run_reach(scene, MinkMethod(scene, options or MinkOptions(), reach.dt), reach)
+    method = MinkMethod(scene, options or MinkOptions(), reach.dt, reach.goal)
+    return run_reach(scene, method, reach)
 
 
 class MinkMethod:
     """mink as a `ReachMethod` for one scene."""
 
-    def __init__(self, scene: ReachingScene, options: MinkOptions, dt: float) -> None:
+    def __init__(
+        self, scene: ReachingScene, options: MinkOptions, dt: float, goal: Goal = "position"
+    ) -> None:
         import mink
 
         self._options, self._dt, self._goal = options, dt, scene.goal
+        self._axes = None if goal == "position" else scene.goal_axes
         model = arm_spec(scene.obstacles).compile()
         self._configuration = mink.Configuration(model, q=scene.start)
         self._site = model.site(TOOL_SITE).id
         self._reach = mink.FrameTask(
-            TOOL_SITE, "site", position_cost=1.0, orientation_cost=0.0, gain=RATE * dt
+            TOOL_SITE,
+            "site",
+            position_cost=1.0,
+            orientation_cost=ORIENTATION_COST[goal],
+            gain=RATE * dt,
         )
         posture = mink.PostureTask(model, cost=POSTURE_COST, gain=RATE * dt)
         posture.set_target(scene.start)
@@ -140,15 +156,22 @@ class MinkMethod:
         configuration.update(q)
         tool = configuration.data.site_xpos[self._site]
         offset = self._goal - tool
-        # A target on the straight line to the goal limits the speed. It has the orientation of the
-        # tool, so that the error has no rotation.
+        # A target on the straight line to the goal limits the speed. For a position it has the
+        # orientation of the tool, so that the error has no rotation.
         max_step = self._options.speed / RATE
         ahead = offset * min(1.0, max_step / max(float(np.linalg.norm(offset)), max_step))
         rotation = mink.SO3.from_matrix(configuration.data.site_xmat[self._site].reshape(3, 3))
+        if self._axes is not None:
+            axes = Rotation.from_matrix(rotation.as_matrix())
+            turn = Rotation.from_matrix(self._axes) * axes.inv()
+            most = TURN_SPEED / RATE
+            turn = turn ** min(1.0, most / max(float(turn.magnitude()), most))
+            rotation = mink.SO3.from_matrix((turn * axes).as_matrix())
         self._reach.set_target(mink.SE3.from_rotation_and_translation(rotation, tool + ahead))
-        tasks = (
-            [self._retreat] if self._retreating(q, float(np.linalg.norm(offset))) else self._tasks
-        )
+        error = float(np.linalg.norm(offset))
+        if self._axes is not None:
+            error += float(np.linalg.norm(self._reach.compute_error(configuration)[3:]))
+        tasks = [self._retreat] if self._retreating(q, error) else self._tasks
         try:
             speed = mink.solve_ik(
                 configuration,

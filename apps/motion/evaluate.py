@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from eyehand.data_synth.scenes import MAX_BOXES
+from eyehand.data_synth.scenes import MAX_BOXES, Place
 from eyehand.errors import InputError
 
 from ..bench import Provenance, machine_line, result_table, write_chart, write_csv
@@ -23,7 +23,7 @@ from .cycle_comparison import PAIRS, cycle_rows
 from .loop_times import loop_row
 from .reach_chart import reach_chart
 from .reach_methods import BASELINE, BASELINES, METHODS, PLANNED
-from .reach_outcome import ReachOptions
+from .reach_outcome import Goal, ReachOptions
 from .reach_run import ReachRecord, run_scene
 from .reach_summary import summary_row
 
@@ -59,6 +59,8 @@ def evaluate_motion(
     scenes: int = 200,
     seed: int = 0,
     boxes: int = 5,
+    place: Place = "boxes",
+    goal: Goal = "position",
     time_limit: float = ReachOptions.time_limit,
     only: list[str] | None = None,
     baseline: bool = True,
@@ -80,7 +82,11 @@ def evaluate_motion(
     seed
         Seed of the first scene. Scene k depends on seed + k only.
     boxes
-        Number of boxes in each scene, 0 to 12.
+        Number of boxes in each scene, 0 to 12. The other places have none.
+    place
+        Surroundings of the goal: boxes, shelf, bin, or neighbours 60 mm wider apart than the arm.
+    goal
+        What must be reached: position, axis (the position and the axis of the tool), or pose.
     time_limit
         Simulated time after which a reach is given up, s.
     only
@@ -105,7 +111,7 @@ def evaluate_motion(
         raise InputError(f"--boxes must be from 0 to {MAX_BOXES}, got {boxes}")
     if not 0.0 <= loop < float("inf"):
         raise InputError(f"--loop must be a finite time >= 0 s, got {loop:g}")
-    options = ReachOptions(time_limit=time_limit)
+    options = ReachOptions(time_limit=time_limit, goal=goal, place=place)
     methods = _selected_methods(only, baseline=baseline)
     scenes = min(scenes, QUICK_SCENES) if quick else scenes
     claim_folder(out)
@@ -123,9 +129,10 @@ def evaluate_motion(
     cycles = cycle_rows(seed, baseline=BASELINE in methods, **fewer)
     loops = _loop_rows(seed, loop)
     write_csv(out / "scenes.csv", [record.row() for record in records])
-    made = Provenance(f"7-joint arm among {boxes} boxes, 5 ms cycles", seed, scenes, "scene")
+    where = _described(options, boxes)
+    made = Provenance(f"7-joint arm, {where}, 5 ms cycles", seed, scenes, "scene")
     write_chart(reach_chart(rows, made), out / "bench.png", [*rows, *cycles, *loops])
-    title = f"reaching among {boxes} boxes: {scenes} scenes from seed {seed}"
+    title = f"reaching, {where}: {scenes} scenes from seed {seed}"
     show(_reach_table(rows, title, time_limit), json_wanted=json)
     show(_cycle_table(cycles), json_wanted=json)
     if loops:
@@ -138,11 +145,25 @@ def evaluate_motion(
             [*rows, *cycles, *loops],
             scenes=scenes,
             boxes=boxes,
+            place=place,
+            goal=goal,
             longest_s=time_limit,
             machine=machine_line(),
             out=str(out),
         )
     return 0
+
+
+def _described(options: ReachOptions, boxes: int) -> str:
+    """Return surroundings and goal of the scenes, in words."""
+    places = {
+        "boxes": f"among {boxes} boxes",
+        "shelf": "into a shelf",
+        "bin": "into a bin",
+        "neighbours": "between two neighbours",
+    }
+    goals = {"position": "positions", "axis": "positions with an axis", "pose": "full poses"}
+    return f"{goals[options.goal]} {places[options.place]}"
 
 
 def _selected_methods(only: list[str] | None, *, baseline: bool) -> list[str]:

@@ -1,8 +1,8 @@
-"""The chart of the reaching benchmark: success against time per cycle, with contacts."""
+"""The chart of the reaching benchmark: success against time to the goal, and time per cycle."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..bench import Provenance, add_footer, new_chart
 from ..bench.chart_labels import PointLabel, label_points
@@ -29,8 +29,19 @@ TIME_MARGIN = 1.9
 FREE_BELOW, FREE_ABOVE = 12.0, 15.0
 """Free space below the lowest interval and above the highest, for names of two lines, percentage
 points."""
-STEPS_US = (1, 2, 3, 5, 7, 10, 15, 20, 30, 50, 70, 100, 150, 200, 300, 500, 700, 1000, 2000, 5000)
-"""Times with a label on the axis, µs."""
+STEPS = (1, 2, 3, 5, 7, 10, 15, 20, 30, 50, 70, 100, 200, 300, 500, 700, 1000, 2000, 5000)
+"""Times with a label on an axis, s or µs."""
+
+
+class _TimeScale(NamedTuple):
+    column: str
+    label: str
+    unit: str
+
+
+TO_GOAL = _TimeScale("time_p50_s", "time to the goal, median (logarithmic)", "s")
+PER_CYCLE = _TimeScale("cycle_p50_us", "time per control cycle, median (logarithmic)", "µs")
+"""The time axes of the two panels."""
 
 
 def reach_chart(rows: Sequence[Mapping[str, Any]], made: Provenance) -> Figure:
@@ -43,36 +54,35 @@ def reach_chart(rows: Sequence[Mapping[str, Any]], made: Provenance) -> Figure:
     made
         Data and seed, for the footer.
     """
-    figure, (axes,) = new_chart(
-        "Reaching among boxes: time per cycle against success",
+    figure, panels = new_chart(
+        "Reaching: time to the goal and time per cycle against success",
         "success with 95 % interval; ○ contacts in some scenes, ● no contacts; grey: baseline",
+        rows=2,
+        height=9.0,
     )
-    times = [row["cycle_p50_us"] for row in rows]
-    _time_axis(axes, min(times) / TIME_MARGIN, max(times) * TIME_MARGIN)
     low = min(row["success_low_pct"] for row in rows) - FREE_BELOW
     high = max(row["success_high_pct"] for row in rows) + FREE_ABOVE
-    set_percent_axis(axes, max(low, 0.0), high)
-    axes.set_yticks([tick for tick in range(0, 101, 10) if max(low, 0.0) <= tick <= high])
-    label_axes(
-        axes,
-        "time per control cycle, median (logarithmic)",
-        "goal reached to 1 mm without contact",
-    )
-    names, lines = [], []
-    for row in rows:
-        names.append(_draw(axes, row))
-        x = row["cycle_p50_us"]
-        lines.append([(x, row["success_low_pct"]), (x, row["success_high_pct"])])
-        lines.append([(x, row["success_pct"])])
-    # The label of the default method is placed first.
-    names.sort(key=lambda name: not name.bold)
-    label_points(axes, names, lines)
+    for axes, scale in zip(panels, (TO_GOAL, PER_CYCLE), strict=True):
+        times = [row[scale.column] for row in rows]
+        _time_axis(axes, scale, min(times) / TIME_MARGIN, max(times) * TIME_MARGIN)
+        set_percent_axis(axes, max(low, 0.0), high)
+        axes.set_yticks([tick for tick in range(0, 101, 10) if max(low, 0.0) <= tick <= high])
+        label_axes(axes, scale.label, "goal reached without contact")
+        names, lines = [], []
+        for row in rows:
+            names.append(_draw(axes, row, scale))
+            x = row[scale.column]
+            lines.append([(x, row["success_low_pct"]), (x, row["success_high_pct"])])
+            lines.append([(x, row["success_pct"])])
+        # The label of the default method is placed first.
+        names.sort(key=lambda name: not name.bold)
+        label_points(axes, names, lines)
     add_footer(figure, made)
     return figure
 
 
-def _draw(axes: Axes, row: Mapping[str, Any]) -> PointLabel:
-    name, x, y = row["name"], row["cycle_p50_us"], row["success_pct"]
+def _draw(axes: Axes, row: Mapping[str, Any], scale: _TimeScale) -> PointLabel:
+    name, x, y = row["name"], row[scale.column], row["success_pct"]
     default, baseline = name == DEFAULT, name in BASELINES
     colour = VERMILION if default else GREY if baseline else BLUE
     text_colour = VERMILION if default else FAINT if baseline else INK
@@ -96,21 +106,23 @@ def _draw(axes: Axes, row: Mapping[str, Any]) -> PointLabel:
         markeredgewidth=1.6 if row["contacts"] else 1.2,
         zorder=5 if default else 4,
     )
-    return PointLabel(x, y, _label(row), "right", colour=text_colour, bold=default)
+    return PointLabel(x, y, _label(row, scale), "right", colour=text_colour, bold=default)
 
 
-def _label(row: Mapping[str, Any]) -> str:
+def _label(row: Mapping[str, Any], scale: _TimeScale) -> str:
     count = row["contacts"]
     contacts = f"contacts in {count} scene{'' if count == 1 else 's'}" if count else "no contacts"
     label = f"{row['name']}: {row['success_pct']:.1f} %, {contacts}"
+    if scale is TO_GOAL:
+        return f"{label}\n90 % within {row['time_p90_s']:.1f} s"
     if "plan_p50_ms" in row:
         label += f"\nplanning {row['plan_p50_ms']:.0f} ms, 90 % within {row['plan_p90_ms']:.0f} ms"
     return label
 
 
-def _time_axis(axes: Axes, fastest_us: float, slowest_us: float) -> None:
+def _time_axis(axes: Axes, scale: _TimeScale, fastest: float, slowest: float) -> None:
     axes.set_xscale("log")
-    axes.set_xlim(fastest_us, slowest_us)
-    ticks = [step for step in STEPS_US if fastest_us <= step <= slowest_us]
-    axes.set_xticks(ticks, [f"{step} µs" for step in ticks])
+    axes.set_xlim(fastest, slowest)
+    ticks = [step for step in STEPS if fastest <= step <= slowest]
+    axes.set_xticks(ticks, [f"{step:g} {scale.unit}" for step in ticks])
     axes.set_xticks([], minor=True)

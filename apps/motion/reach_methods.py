@@ -16,7 +16,7 @@ from eyehand.control import (
     PlannerOptions,
     RobotModel,
 )
-from eyehand.control.tasks import Position
+from eyehand.control.tasks import AxisAlignment, Pose, Position
 from eyehand.data_synth import LBR_ARM, TOOL_SITE
 from eyehand.errors import InputError
 
@@ -26,7 +26,10 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from eyehand.control import CollisionOptions, JointPath
+    from eyehand.control.tasks import Task
     from eyehand.data_synth.scenes import ReachingObstacle, ReachingScene
+
+    from .reach_outcome import Goal
 
 DEFAULT = "default"
 """The controller with its default options."""
@@ -92,7 +95,7 @@ class ControllerMethod:
         return self._controller.stop(q).velocity
 
 
-def controller_method(name: str, scene: ReachingScene) -> ControllerMethod:
+def controller_method(name: str, scene: ReachingScene, goal: Goal = "position") -> ControllerMethod:
     """Return a method of this package, ready for a scene.
 
     Raises
@@ -103,10 +106,22 @@ def controller_method(name: str, scene: ReachingScene) -> ControllerMethod:
     if name not in CONTROLLERS:
         raise InputError(f"unknown method {name!r}; choose from: {', '.join(METHODS)}")
     options, planner = CONTROLLERS[name]
-    world, task = reaching_world(scene.obstacles), Position(scene.goal)
+    world, tasks = reaching_world(scene.obstacles), reaching_tasks(scene, goal)
     if planner is None:
-        return ControllerMethod(ApproachController(world, (task,), options))
-    return ControllerMethod(PlannedApproach(world, (task,), options, planner))
+        return ControllerMethod(ApproachController(world, tasks, options))
+    return ControllerMethod(PlannedApproach(world, tasks, options, planner))
+
+
+def reaching_tasks(scene: ReachingScene, goal: Goal) -> tuple[Task, ...]:
+    """Return the tasks that reach a goal of a scene."""
+    if goal == "position":
+        return (Position(scene.goal),)
+    if goal == "axis":
+        along = AxisAlignment(np.array([0.0, 0.0, 1.0]), scene.goal_axes[:, 2])
+        return (Position(scene.goal), along)
+    matrix = np.eye(4)
+    matrix[:3, :3], matrix[:3, 3] = scene.goal_axes, scene.goal
+    return (Pose(matrix),)
 
 
 def reaching_world(

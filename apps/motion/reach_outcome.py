@@ -6,13 +6,14 @@ import time
 from collections import deque
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Literal, Protocol
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from eyehand.control import RobotModel
 from eyehand.data_synth import LBR_ARM, TOOL_SITE
-from eyehand.data_synth.scenes import ArmClearance
+from eyehand.data_synth.scenes import PLACES, ArmClearance, Place
 from eyehand.errors import InputError
 
 if TYPE_CHECKING:
@@ -24,10 +25,18 @@ if TYPE_CHECKING:
 
 REACHED_M = 1e-3
 """Distance from the goal at which it is reached, m. A hand's fingers compensate for it."""
+REACHED_RAD = 0.01
+"""Angle from a goal with an orientation at which it is reached, rad."""
 STANDSTILL_S = 2.0
 """Time without motion after which the arm counts as stuck, s."""
 STANDSTILL_RAD = 1e-4
 """Range within which every joint stays while the arm does not move, rad."""
+
+
+Goal = Literal["position", "axis", "pose"]
+"""What must be reached: the position of the tool; its axis too; or its whole pose."""
+GOALS: tuple[Goal, ...] = ("position", "axis", "pose")
+"""Names of all goals."""
 
 
 @dataclass(frozen=True)
@@ -44,8 +53,15 @@ class ReachOptions:
     """Cycle time, s. The joints keep their speed between two commands."""
     time_limit: float = 60.0
     """Simulated time after which a reach is given up, s."""
+    goal: Goal = "position"
+    """What must be reached: the position of the tool; its axis too; or its whole pose."""
+    place: Place = "boxes"
+    """Surroundings of the goal."""
 
     def __post_init__(self) -> None:
+        for name, value, known in (("goal", self.goal, GOALS), ("place", self.place, PLACES)):
+            if value not in known:
+                raise InputError(f"the {name} must be one of {', '.join(known)}, got {value!r}")
         if not 0 < self.dt <= self.time_limit < np.inf:
             raise InputError(
                 "dt must be > 0 s and at most the time limit, "
@@ -139,7 +155,7 @@ def run_reach(
         clearance = checker.at(q)
         min_clearance = min(min_clearance, clearance)
         contacts += clearance < 0
-        if np.linalg.norm(checker.tool(q) - scene.goal) < REACHED_M:
+        if _is_reached(checker, q, scene, options.goal):
             status = "reached"
         status = status or _end_status(recent, len(times), options)
     error = float(np.linalg.norm(checker.tool(q) - scene.goal))
@@ -162,6 +178,20 @@ def run_reach(
         peak_jerk=peaks[1],
         status=status,
     )
+
+
+def _is_reached(
+    checker: ArmClearance, q: NDArray[np.float64], scene: ReachingScene, goal: Goal
+) -> bool:
+    if np.linalg.norm(checker.tool(q) - scene.goal) >= REACHED_M:
+        return False
+    if goal == "position":
+        return True
+    axes = checker.tool_axes(q)
+    if goal == "axis":
+        across = float(np.linalg.norm(np.cross(axes[:, 2], scene.goal_axes[:, 2])))
+        return across < REACHED_RAD and float(axes[:, 2] @ scene.goal_axes[:, 2]) > 0.0
+    return Rotation.from_matrix(axes.T @ scene.goal_axes).magnitude() < REACHED_RAD
 
 
 def _stop(

@@ -11,14 +11,14 @@ from eyehand.data_synth.scenes import make_reaching_scene, straight_path_is_bloc
 
 from .baseline_mink import TUNED, run_mink
 from .reach_methods import BASELINE_TUNED, BASELINES, controller_method
-from .reach_outcome import run_reach
+from .reach_outcome import ReachOptions, run_reach
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from eyehand.control import JointPath
 
-    from .reach_outcome import ReachOptions, ReachOutcome
+    from .reach_outcome import ReachOutcome
 
 
 @dataclass(frozen=True)
@@ -72,11 +72,12 @@ class ReachRecord:
 
 def run_scene(method: str, seed: int, boxes: int, reach: ReachOptions | None = None) -> ReachRecord:
     """Make the scene of a seed and run a method in it. Equal arguments give an equal motion."""
-    scene = make_reaching_scene(seed, boxes=boxes)
+    reach = reach or ReachOptions()
+    scene = make_reaching_scene(seed, boxes=boxes, place=reach.place)
     blocked = straight_path_is_blocked(scene)
     if method in BASELINES:
         options = TUNED if method == BASELINE_TUNED else None
         return ReachRecord(method, seed, blocked, run_mink(scene, options, reach), "")
-    controller = controller_method(method, scene)
+    controller = controller_method(method, scene, reach.goal)
     outcome = run_reach(scene, controller, reach)
     return ReachRecord(method, seed, blocked, outcome, controller.reason, controller.paths)

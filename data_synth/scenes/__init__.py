@@ -35,6 +35,7 @@ from .reaching import MAX_BOXES, ReachingScene, make_reaching_scene, straight_pa
 from .tabletop import make_scene
 from .tabletop_options import MAX_OBJECTS, MIN_OBJECTS, TabletopOptions, ViewOptions
 from .tabletop_scene import Family, Table, TabletopObject, TabletopScene
+from .tight_places import PLACES, Place
 from .viewpoint import MIN_VISIBLE_SHARE, camera_intrinsics, look_at
 
 __all__ = [
@@ -47,6 +48,7 @@ __all__ = [
     "MAX_OBJECTS",
     "MIN_OBJECTS",
     "MIN_VISIBLE_SHARE",
+    "PLACES",
     "SCHEMA",
     "ArmClearance",
     "BackgroundKind",
@@ -58,6 +60,7 @@ __all__ = [
     "FurnishedScene",
     "MeshObject",
     "PieceObject",
+    "Place",
     "ReachingObstacle",
     "ReachingScene",
     "Split",

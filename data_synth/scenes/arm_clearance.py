@@ -85,6 +85,11 @@ class ArmClearance:
         self._move(q)
         return self._data.site_xpos[self._tool].copy()
 
+    def tool_axes(self, q: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the tool's rotation matrix at joint angles `q` (7,): (3, 3), tool to world."""
+        self._move(q)
+        return self._data.site_xmat[self._tool].reshape(3, 3).copy()
+
     def lowest_joint(self, q: NDArray[np.float64]) -> float:
         """Return the smallest height of elbow, wrist and tool at joint angles `q` (7,), m."""
         tool = self.tool(q)

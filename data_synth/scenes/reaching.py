@@ -11,6 +11,7 @@ from scipy.spatial.transform import RigidTransform, Rotation
 from eyehand.errors import InputError
 
 from .arm_clearance import ArmClearance, ReachingObstacle
+from .tight_places import PLACES, Place, furniture, suits
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -50,6 +51,8 @@ _TRIES = 600
 """Boxes drawn for one start and goal before both are drawn again."""
 _ROUTES = 50
 """Starts and goals drawn before the function gives up."""
+_TIGHT_ROUTES = 20_000
+"""The same for furniture around the goal, where most draws of the goal do not suit."""
 
 
 @dataclass(frozen=True)
@@ -67,9 +70,11 @@ class ReachingScene:
     witness: NDArray[np.float64]
     """Joint angles (7,), rad, without contact and with the tool at the goal. They prove that the
     goal can be reached; methods under test must not use them."""
+    goal_axes: NDArray[np.float64]
+    """Rotation of the tool at the goal (3, 3), tool to world, for goals with an orientation."""
 
 
-def make_reaching_scene(seed: int, *, boxes: int = 5) -> ReachingScene:
+def make_reaching_scene(seed: int, *, boxes: int = 5, place: Place = "boxes") -> ReachingScene:
     """Draw a scene whose goal is the tool's position in a posture without contact.
 
     A path from the start to such a posture may not exist, because boxes may block all paths.
@@ -79,7 +84,9 @@ def make_reaching_scene(seed: int, *, boxes: int = 5) -> ReachingScene:
     seed
         Source of randomness, >= 0; the same seed gives the same scene.
     boxes
-        Number of boxes, 0 to 12.
+        Number of boxes, 0 to 12. Other places than boxes have none.
+    place
+        Surroundings of the goal.
 
     Returns
     -------
@@ -89,7 +96,7 @@ def make_reaching_scene(seed: int, *, boxes: int = 5) -> ReachingScene:
     Raises
     ------
     InputError
-        If the seed or the number of boxes is out of its range.
+        If the seed or the number of boxes is out of its range, or the place is unknown.
     DeviceError
         If MuJoCo cannot be loaded.
     """
@@ -97,17 +104,25 @@ def make_reaching_scene(seed: int, *, boxes: int = 5) -> ReachingScene:
         raise InputError(f"seed must be a whole number >= 0, got {seed}")
     if not 0 <= boxes <= MAX_BOXES:
         raise InputError(f"boxes must be a whole number from 0 to {MAX_BOXES}, got {boxes}")
+    if place not in PLACES:
+        raise InputError(f"the place must be one of {', '.join(PLACES)}, got {place!r}")
     rng = np.random.default_rng(seed)
     alone = ArmClearance()
-    for _ in range(_ROUTES):
+    for _ in range(_ROUTES if place == "boxes" else _TIGHT_ROUTES):
         witness = _free_posture(rng, alone)
+        axes = alone.tool_axes(witness)
+        if not suits(place, axes[:, 2]):
+            continue
         goal = alone.tool(witness)
         start = _free_posture(rng, alone, away_from=goal)
-        obstacles = _clutter(rng, boxes, start, witness)
+        if place == "boxes":
+            obstacles = _clutter(rng, boxes, start, witness)
+        else:
+            obstacles = _enclosed(furniture(place, goal, axes[:, 2], rng), start, witness)
         if obstacles is not None:
-            return ReachingScene(seed, start, goal, obstacles, witness)
+            return ReachingScene(seed, start, goal, obstacles, witness, axes)
     raise InputError(
-        f"found no positions without contact for {boxes} boxes in {_ROUTES} draws; use fewer boxes"
+        f"found no positions without contact for {boxes} boxes ({place}); use fewer boxes"
     )
 
 
@@ -115,6 +130,19 @@ def straight_path_is_blocked(scene: ReachingScene) -> bool:
     """Return whether the tool's straight path to the goal crosses a box."""
     first = ArmClearance(scene.obstacles).tool(scene.start)
     return any(_crosses(first, scene.goal, item) for item in scene.obstacles)
+
+
+def _enclosed(
+    solids: tuple[ReachingObstacle, ...],
+    start: NDArray[np.float64],
+    witness: NDArray[np.float64],
+) -> tuple[ReachingObstacle, ...] | None:
+    """Return the solids if start and goal keep clear of them and the arm's base does."""
+    if any(map(_overlaps_column, solids)):
+        return None
+    clearance = ArmClearance(solids)
+    free = min(clearance.at(start), clearance.at(witness)) >= MIN_CLEARANCE_M
+    return solids if free else None
 
 
 def _clutter(

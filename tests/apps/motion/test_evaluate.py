@@ -10,8 +10,13 @@ from eyehand.apps.main import main
 from eyehand.apps.motion import evaluate
 from eyehand.apps.motion.cycle_comparison import cycle_rows
 from eyehand.apps.motion.loop_times import loop_row
-from eyehand.apps.motion.reach_methods import BASELINE, controller_method
-from eyehand.apps.motion.reach_outcome import ReachOutcome
+from eyehand.apps.motion.reach_methods import (
+    BASELINE,
+    controller_method,
+    reaching_tasks,
+    reaching_world,
+)
+from eyehand.apps.motion.reach_outcome import ReachOptions, ReachOutcome
 from eyehand.apps.motion.reach_run import ReachRecord, run_scene
 from eyehand.apps.motion.reach_summary import summary_row, wilson_interval
 from eyehand.control import JointPath
@@ -164,3 +169,25 @@ def test_loop_at_1_khz_counts_calls_and_searches():
     assert row["calls"] == 400
     assert 0 < row["step_p50_us"] <= row["step_p999_us"] <= row["step_max_us"]
     assert row["processor_p999_us"] <= row["processor_max_us"] <= row["step_max_us"] + 50
+
+
+@pytest.mark.parametrize(
+    ("place", "goal"), [("shelf", "pose"), ("bin", "axis"), ("neighbours", "position")]
+)
+def test_goal_in_a_tight_place_is_reached_as_asked(place, goal):
+    reach = ReachOptions(place=place, goal=goal)
+    record = run_scene("default + planner", 1, 0, reach)
+    assert record.outcome.success
+    assert record.outcome.min_clearance > 0.0095
+    assert record.outcome.peak_acceleration < 1.0 + 1e-6
+    scene = make_reaching_scene(1, place=place)
+    tasks = reaching_tasks(scene, goal)
+    state = reaching_world(()).robot.at(scene.witness)
+    assert max(task.at(state).unmet for task in tasks) < 1e-6
+
+
+def test_unknown_place_or_goal_is_refused():
+    with pytest.raises(InputError, match="goal must be one of position, axis, pose, got 'spot'"):
+        ReachOptions(goal="spot")  # pyright: ignore[reportArgumentType]
+    with pytest.raises(InputError, match="place must be one of boxes, shelf, bin, neighbours"):
+        ReachOptions(place="attic")  # pyright: ignore[reportArgumentType]

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import RigidTransform, Rotation
 
-from eyehand.data_synth.scenes import ArmClearance
+from eyehand.data_synth.scenes import PLACES, ArmClearance
 from eyehand.data_synth.scenes.reaching import (
     MIN_CLEARANCE_M,
     MIN_TRAVEL_M,
@@ -69,7 +69,7 @@ def test_path_along_box_axis_is_classified_exactly(height: float, blocked: bool)
     tool = ArmClearance().tool(start)
     middle = RigidTransform.from_components(np.add(tool, [0.0, 0.3, height]), Rotation.identity())
     box = ReachingObstacle("box", "box", (0.1, 0.1, 0.1), middle)
-    scene = ReachingScene(0, start, np.add(tool, [0.0, 0.6, 0.0]), (box,), start)
+    scene = ReachingScene(0, start, np.add(tool, [0.0, 0.6, 0.0]), (box,), start, np.eye(3))
     assert straight_path_is_blocked(scene) == blocked
 
 
@@ -81,3 +81,28 @@ def test_zero_boxes_give_no_obstacles():
 def test_reaching_scene_rejects_invalid_numbers(seed: int, boxes: int):
     with pytest.raises(InputError, match="must be a whole number"):
         make_reaching_scene(seed, boxes=boxes)
+
+
+@pytest.mark.parametrize("place", PLACES[1:])
+def test_tight_place_surrounds_a_goal_that_can_be_reached(place):
+    for seed in range(3):
+        scene = make_reaching_scene(seed, place=place)
+        clearance = ArmClearance(scene.obstacles)
+        for q in (scene.start, scene.witness):
+            assert clearance.at(q) >= MIN_CLEARANCE_M
+        np.testing.assert_allclose(clearance.tool(scene.witness), scene.goal, atol=1e-12)
+        np.testing.assert_allclose(clearance.tool_axes(scene.witness), scene.goal_axes, atol=1e-12)
+        sides = []
+        for box in scene.obstacles:
+            centre = box.T_world_shape.translation - scene.goal
+            assert np.linalg.norm(centre) < 0.6
+            sides.append(centre[:2])
+        # Some solids lie on opposite sides of the goal.
+        assert min(a @ b for a in sides for b in sides) < -0.001
+        again = make_reaching_scene(seed, place=place)
+        np.testing.assert_array_equal(scene.start, again.start)
+
+
+def test_unknown_place_is_refused():
+    with pytest.raises(InputError, match="one of boxes, shelf, bin, neighbours, got 'attic'"):
+        make_reaching_scene(0, place="attic")  # pyright: ignore[reportArgumentType]
