@@ -15,6 +15,8 @@ STARTS = (1, 2, 3, 6, 9)
 MAX_MINIMA = (1, 2, 3, 5)
 PARTS = (1, 2, 3, 4)
 """Maximum number of parts."""
+ONE_OR_FOUR = (1, 4)
+"""The same for small time budgets, in which the search for parts has no place."""
 FAST_POINTS = (50, 100, 200, 300)
 """Number of points of fits without model selection, for small time budgets. The chart shows such
 fits with more points as a separate curve, because they do not determine the kind."""
@@ -42,12 +44,19 @@ BOARD = DialBoard(
     # for fast and slow fits alike.
     crosses=(
         {"points": POINTS, "optimiser": ("lm",), "max_minima": (_DEFAULT.max_minima, 1)},
-        {"points": POINTS, "optimiser": ("lm",), "kinds": (NO_TAPER,), "starts": (1, 3)},
+        {
+            "points": POINTS,
+            "optimiser": ("lm",),
+            "kinds": (NO_TAPER,),
+            "starts": (1, 3),
+            "max_parts": ONE_OR_FOUR,
+        },
         {
             "points": FAST_POINTS,
             "optimiser": ("lm",),
             "kinds": (SUPERQUADRIC_ONLY,),
             "starts": (1, 3),
+            "max_parts": ONE_OR_FOUR,
         },
         {"points": (300, 1000), "max_parts": PARTS},
         {
@@ -57,7 +66,7 @@ BOARD = DialBoard(
             "plane_weight": (_DEFAULT.plane_weight, 0.0),
         },
     ),
-    quick={"max_parts": (1, 4), "points": (100, 300), "optimiser": ("lm",), "kinds": (NO_TAPER,)},
+    quick={"max_parts": ONE_OR_FOUR, "points": (100, 300), "optimiser": ("lm",), "kinds": (NO_TAPER,)},
     words={
         **{("points", points): f"{points} points" for points in POINTS},
         **{("optimiser", name): name for name in _OPTIMISERS},
