@@ -66,7 +66,12 @@ BOARD = DialBoard(
             "plane_weight": (_DEFAULT.plane_weight, 0.0),
         },
     ),
-    quick={"max_parts": ONE_OR_FOUR, "points": (100, 300), "optimiser": ("lm",), "kinds": (NO_TAPER,)},
+    quick={
+        "max_parts": ONE_OR_FOUR,
+        "points": (100, 300),
+        "optimiser": ("lm",),
+        "kinds": (NO_TAPER,),
+    },
     words={
         **{("points", points): f"{points} points" for points in POINTS},
         **{("optimiser", name): name for name in _OPTIMISERS},
