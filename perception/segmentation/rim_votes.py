@@ -37,26 +37,40 @@ def vote_turns(plan, heights, sizes, layers, turns):
             length[layer] += sizes[i]
     # Only the layers with long edges get votes. A table of all layers would not fit the cache.
     active = np.flatnonzero(length >= MIN_LENGTH)
-    rows = np.full(layers, -1, np.intp)
+    # The last entry, which is also that before the first one, is no layer.
+    rows = np.full(layers + 1, -1, np.intp)
     for row in range(len(active)):
         rows[active[row]] = row
+    # Each edge lies in two layers. Those without an active layer are left out.
+    lower, upper = np.empty(len(plan), np.intp), np.empty(len(plan), np.intp)
+    used = np.empty(len(plan), np.intp)
+    count = 0
+    for i in range(len(plan)):
+        first = int(heights[i] / (LAYER / 2))
+        if not 0 <= first <= layers:
+            continue
+        lower[count], upper[count] = rows[first - 1], rows[first]
+        if lower[count] >= 0 or upper[count] >= 0:
+            used[count] = i
+            count += 1
+    x, y, length = plan[used[:count], 0], plan[used[:count], 1], sizes[used[:count]]
     lengths = np.empty((len(active), int(2 * radius / BIN) + 3))
     for t in range(len(turns)):
         cos, sin = np.cos(turns[t]), np.sin(turns[t])
         for axis in range(2):
+            along, across = (cos, sin) if axis == 0 else (-sin, cos)
             lengths[:] = 0.0
-            for i in range(len(plan)):
-                x, y = plan[i, 0], plan[i, 1]
-                value = cos * x + sin * y if axis == 0 else cos * y - sin * x
-                cell = int((value + radius) / BIN) + 1
-                first = int(heights[i] / (LAYER / 2))
-                for layer in range(max(first - 1, 0), min(first + 1, layers)):
-                    if rows[layer] >= 0:
-                        lengths[rows[layer], cell] += sizes[i]
+            for i in range(count):
+                cell = int((along * x[i] + across * y[i] + radius) / BIN) + 1
+                if lower[i] >= 0:
+                    lengths[lower[i], cell] += length[i]
+                if upper[i] >= 0:
+                    lengths[upper[i], cell] += length[i]
             for row in range(len(active)):
-                for cell in range(1, lengths.shape[1]):
-                    both = lengths[row, cell - 1] + lengths[row, cell]
-                    votes[active[row], t] += both**2
+                bins, vote = lengths[row], votes[active[row], t]
+                for cell in range(1, len(bins)):
+                    vote += (bins[cell - 1] + bins[cell]) ** 2
+                votes[active[row], t] = vote
     return votes
 
 
