@@ -21,6 +21,7 @@ from .robot_state import RobotState
 from .safety import SafeMotion, safe_motion
 from .shapes import Box, Capsule, ConvexMesh, Cylinder, Ellipsoid, Obstacle, Sphere
 from .stack import StackSolution, solve_stack
+from .visual_check import visual_gaps
 
 __all__ = [
     "ApproachController",
@@ -51,4 +52,5 @@ __all__ = [
     "repulsion_gradient",
     "safe_motion",
     "solve_stack",
+    "visual_gaps",
 ]
