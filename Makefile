@@ -3,7 +3,7 @@
 #   make test ARGS="-k frame"     passes arguments on to what the target runs
 
 .DEFAULT_GOAL := help
-.PHONY: help ready demo test test-slow check bench clean
+.PHONY: help ready demo docs test test-slow check bench clean
 
 ARGS =
 BIN = .venv/bin
@@ -18,6 +18,9 @@ help: ## list the targets
 
 demo: ready ## let a simulated robot clear a table; report and film go to out/demo
 	@$(BIN)/eyehand demo $(ARGS)
+
+docs: ready ## build the documentation site in out/site
+	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet $(ARGS)
 
 # One thread per worker: the workers already fill the cores.
 test test-slow: export OMP_NUM_THREADS = 1

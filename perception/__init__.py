@@ -99,7 +99,7 @@ __all__ = [
 
 _MODULES = (
     *("frame", "perpendicular", "stored_front", "io", "robot_mask"),
-    *("segmentation", "superquadric", "visibility", "scene", "kernel_cache"),
+    *("segmentation", "superquadric", "visibility", "object_evidence", "scene", "kernel_cache"),
 )
 """Modules that hold the public names, the quickest to import first."""
 

@@ -1,0 +1,110 @@
+"""Hook of MkDocs: pages made from the code, so that they cannot be out of date."""
+
+from __future__ import annotations
+
+import importlib
+import inspect
+from pathlib import Path
+from typing import Any
+
+ROOT = Path(__file__).resolve().parents[1]
+PACKAGES = (
+    "perception",
+    "perception.segmentation",
+    "perception.superquadric",
+    "perception.cameras",
+    "perception.io",
+    "grasping",
+    "control",
+    "control.tasks",
+    "tactile",
+    "data_synth",
+    "data_synth.scenes",
+    "data_synth.render",
+    "data_synth.cell",
+    "data_synth.pad",
+    "errors",
+)
+"""Packages with public names, in the order of the page."""
+MOVED = {
+    "../../examples/remote_robot.py": "../examples.md",
+    "../../CONTRIBUTING.md": "../contributing.md",
+    "docs/guides/": "guides/",
+}
+"""Link in a page of the repository → link in the site."""
+
+
+def on_files(files: Any, config: Any) -> Any:
+    """Add the generated pages."""
+    from mkdocs.structure.files import File
+
+    for name, text in pages().items():
+        files.append(File.generated(config, name, content=text))
+    return files
+
+
+def on_page_markdown(markdown: str, **_more: Any) -> str:
+    """Lead links out of the folder of the site to the generated pages."""
+    for link, inside in MOVED.items():
+        markdown = markdown.replace(f"]({link}", f"]({inside}")
+    return markdown
+
+
+def pages() -> dict[str, str]:
+    """Return the generated pages: file name → Markdown."""
+    return {
+        "commands.md": commands_page(),
+        "python.md": python_page(),
+        "examples.md": examples_page(),
+        "contributing.md": (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8"),
+    }
+
+
+def commands_page() -> str:
+    """Describe all commands with their options, from their functions."""
+    from eyehand.apps.command_table import COMMANDS
+
+    parts = ["# Commands", "`eyehand COMMAND --help` prints the same."]
+    for command, (where, about) in COMMANDS.items():
+        module, name = where.split(":")
+        function = getattr(importlib.import_module(module), name)
+        parts += [f"## eyehand {command}", f"{about.capitalize()}.", _fenced(_docstring(function))]
+    return "\n\n".join(parts) + "\n"
+
+
+def python_page() -> str:
+    """Describe the public names of all packages, from their docstrings."""
+    parts = ["# Python", "Names in `__all__` are public. Others may change at any time."]
+    for package in PACKAGES:
+        module = importlib.import_module(f"eyehand.{package}")
+        parts += [f"## eyehand.{package}", _docstring(module).partition("\n\n")[0]]
+        for name in module.__all__:
+            value = getattr(module, name)
+            if inspect.isclass(value) or inspect.isroutine(value):
+                parts += [f"### {package}.{name}", _fenced(_signature(name, value))]
+                parts.append(_fenced(_docstring(value)))
+    return "\n\n".join(parts) + "\n"
+
+
+def examples_page() -> str:
+    """Show the scripts of `examples/`."""
+    parts = ["# Examples", "Each script runs in the tests."]
+    for path in sorted((ROOT / "examples").glob("*.py")):
+        code = path.read_text(encoding="utf-8").rstrip()
+        parts += [f"## {path.stem.replace('_', ' ').capitalize()}", f"```python\n{code}\n```"]
+    return "\n\n".join(parts) + "\n"
+
+
+def _docstring(value: Any) -> str:
+    return inspect.getdoc(value) or ""
+
+
+def _signature(name: str, value: Any) -> str:
+    try:
+        return f"{name}{inspect.signature(value)}"
+    except (TypeError, ValueError):
+        return name
+
+
+def _fenced(text: str) -> str:
+    return f"```text\n{text}\n```"
