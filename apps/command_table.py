@@ -84,7 +84,11 @@ COMMANDS: dict[str, tuple[str, str]] = {
     ),
     "experiment slip": (
         "eyehand.apps.touch.slip:experiment_slip",
-        "section 3.1: classify recorded slip from windows of 50 ms, on objects not trained on",
+        "section 3.1: detect slip of unseen objects, simulated or recorded",
+    ),
+    "experiment grip": (
+        "eyehand.apps.touch.grip:experiment_grip",
+        "section 3.1: hold unknown objects with little force, by slip and by estimated friction",
     ),
     "experiment cop": (
         "eyehand.apps.touch.cop:experiment_cop",

@@ -19,6 +19,8 @@ from .contour_options import ContourOptions
 from .contour_step import ContourPoint
 from .feature_reader import FeatureReader
 from .features import ContactFeatures, FeatureOptions, contact_features, contact_region
+from .friction_pull import FrictionPull, PullOptions
+from .grip_laws import GripLaw, GripReading, LoadGrip, LoadGripOptions, SlipGrip
 from .hough import HoughOptions, hough_axis
 from .image import TactileArray, TactileImage
 from .moments import long_axis
@@ -28,11 +30,13 @@ from .phases import TouchPhases
 from .selection import PRESETS, SelectionMatrix
 from .servo import ServoGoal, TactileServo
 from .servo_options import ServoOptions
+from .slip_features import PRESSURE_FEATURES, SlipState
 from .timing import Timing, identify_timing
 from .twist import world_twist
 
 __all__ = [
     "PRESETS",
+    "PRESSURE_FEATURES",
     "BenchRun",
     "CableFollower",
     "CableOptions",
@@ -43,12 +47,20 @@ __all__ = [
     "ContourPoint",
     "FeatureOptions",
     "FeatureReader",
+    "FrictionPull",
+    "GripLaw",
+    "GripReading",
     "HoughOptions",
+    "LoadGrip",
+    "LoadGripOptions",
     "PhaseOptions",
     "PhaseStep",
+    "PullOptions",
     "SelectionMatrix",
     "ServoGoal",
     "ServoOptions",
+    "SlipGrip",
+    "SlipState",
     "TactileArray",
     "TactileImage",
     "TactileServo",

@@ -1,4 +1,4 @@
-"""Recorded slip of the BioTac SP data set: windows, features, and a network that classifies them.
+"""Recorded slip of the BioTac SP data set: windows, features, and their classification.
 
 The recordings are those of Zapata-Impata, Gil and Torres (Sensors 19:523, 2019): 24 electrodes at
 about 100 Hz, one of seven classes for each recording.
@@ -10,11 +10,12 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.optimize import minimize
-from scipy.special import log_softmax, softmax
+from scipy.special import softmax
 from scipy.stats import rankdata
 
 from eyehand.errors import InputError
+
+from .slip_network import train_network
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -37,11 +38,6 @@ TRAINED = "basic"
 WINDOW = 5
 """Readings in a window: 50 ms."""
 ELECTRODES = 24
-HIDDEN, DECAY, ITERATIONS = 48, 1e-2, 300
-"""Neurons of the hidden layer, weight of the squared weights, and steps of the optimiser. With a
-decay of 1e-3 unseen objects were up to 10 % worse."""
-CLIP = 5.0
-"""Maximum feature, in standard deviations of the training set."""
 
 
 @dataclass(frozen=True)
@@ -132,10 +128,11 @@ def slip_rows(windows: SlipWindows, seeds: Sequence[int]) -> list[dict[str, floa
     for name, features in FEATURES.items():
         values = features(windows.readings)
         train = windows.sets == TRAINED
-        centre, spread = values[train].mean(axis=0), values[train].std(axis=0) + 1e-9
-        values = np.clip((values - centre) / spread, -CLIP, CLIP)
         row: dict[str, float | str] = {"name": name}
-        scores = [train_network(values[train], windows.labels[train], s)(values) for s in seeds]
+        scores = [
+            train_network(values[train], windows.labels[train], s, classes=len(CLASSES))(values)
+            for s in seeds
+        ]
         for group in SETS:
             rows_of = windows.sets == group
             truth = windows.labels[rows_of]
@@ -155,58 +152,3 @@ def slip_auc(scores: NDArray[np.float64], labels: NDArray[np.int64]) -> float:
     return float(
         (ranks[slips].sum() - count * (count + 1) / 2) / (count * max(len(labels) - count, 1))
     )
-
-
-def train_network(
-    values: NDArray[np.float64], labels: NDArray[np.int64], seed: int
-) -> Callable[[NDArray[np.float64]], NDArray[np.float64]]:
-    """Train a network with one hidden layer, and return the function from features to scores."""
-    rng = np.random.default_rng(seed)
-    inputs, outputs = values.shape[1], len(CLASSES)
-    start = np.concatenate(
-        [
-            rng.normal(0, inputs**-0.5, inputs * HIDDEN),
-            np.zeros(HIDDEN),
-            rng.normal(0, HIDDEN**-0.5, HIDDEN * outputs),
-            np.zeros(outputs),
-        ]
-    )
-    found = minimize(
-        network_loss,
-        start,
-        args=(values, labels),
-        jac=True,
-        method="L-BFGS-B",
-        options={"maxiter": ITERATIONS},
-    )
-    first, bias, second, shift = _layers(found.x, inputs)
-    return lambda given: np.tanh(given @ first + bias) @ second + shift
-
-
-def network_loss(
-    weights: NDArray[np.float64], values: NDArray[np.float64], labels: NDArray[np.int64]
-) -> tuple[float, NDArray[np.float64]]:
-    """Return the cross-entropy with weight decay, and its gradient."""
-    first, bias, second, shift = _layers(weights, values.shape[1])
-    hidden = np.tanh(values @ first + bias)
-    logs = log_softmax(hidden @ second + shift, axis=1)
-    rows = np.arange(len(labels))
-    loss = -float(logs[rows, labels].mean())
-    loss += 0.5 * DECAY * float((first**2).sum() + (second**2).sum())
-    wrong = np.exp(logs)
-    wrong[rows, labels] -= 1.0
-    wrong /= len(labels)
-    back = (wrong @ second.T) * (1.0 - hidden**2)
-    parts = (
-        values.T @ back + DECAY * first,
-        back.sum(axis=0),
-        hidden.T @ wrong + DECAY * second,
-        wrong.sum(axis=0),
-    )
-    return loss, np.concatenate([part.ravel() for part in parts])
-
-
-def _layers(weights: NDArray[np.float64], inputs: int) -> tuple[NDArray[np.float64], ...]:
-    ends = np.cumsum([inputs * HIDDEN, HIDDEN, HIDDEN * len(CLASSES)])
-    first, bias, second, shift = np.split(weights, ends)
-    return first.reshape(inputs, HIDDEN), bias, second.reshape(HIDDEN, -1), shift

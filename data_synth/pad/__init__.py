@@ -7,6 +7,7 @@ A foam bed presses on objects and feels them (`TactilePad`), an arm carries it (
 from .calibration_bench import run_bench
 from .foam import Foam
 from .foam_column import CELLS_PER_TACTEL
+from .held_object import HeldObject, HeldSimulation
 from .pad_options import PadOptions
 from .pad_scene import Arm, PadScene, PlacedObject, pad_scene, padded_arm
 from .pad_simulation import CONTROL_RATE, PadSample, PadSimulation
@@ -37,6 +38,8 @@ __all__ = [
     "SENSORS",
     "Arm",
     "Foam",
+    "HeldObject",
+    "HeldSimulation",
     "PadOptions",
     "PadSample",
     "PadScene",

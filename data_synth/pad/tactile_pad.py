@@ -41,14 +41,14 @@ PAD_SITE = "pad"
 _MESH_SAMPLES = 32
 """Columns each way over the sunken part of a mesh. The border of a mesh is exact to one column,
 because its rows are not searched."""
-_LOSS_TIME_S = 0.002
+LOSS_TIME_S = 0.002
 """Damping over stiffness of the foam. Its loss factor at f Hz is 2π f times this: 0.13 at 10 Hz, as
 of soft polyurethane foams. A longer time calms light objects, and raises the pressure while a
 surface sinks."""
 _SLIP_SPEED_M_S = 0.005
 """Speed at which friction has grown to 1/√2 of its full value. A lower speed holds better and
 needs shorter steps."""
-_SHEAR_SHARE = 0.5
+SHEAR_SHARE = 0.5
 """Shear modulus of the foam over its modulus in compression. Poisson's ratio of soft open-cell
 foams is close to 0, which makes it 1/2."""
 _SAMPLE_SPACING_M = 0.0015
@@ -123,11 +123,11 @@ class TactilePad:
         half_x, half_y = 0.5 * o.columns * o.pitch, 0.5 * o.rows * o.pitch
         foam = o.foam
         shear_stiffness = (
-            _SHEAR_SHARE * foam.modulus / foam.thickness if self.sensor.shear > 0 else 0.0
+            SHEAR_SHARE * foam.modulus / foam.thickness if self.sensor.shear > 0 else 0.0
         )
         self._bed = np.array(
             [
-                half_x, half_y, foam.thickness, _LOSS_TIME_S, o.friction, _SLIP_SPEED_M_S,
+                half_x, half_y, foam.thickness, LOSS_TIME_S, o.friction, _SLIP_SPEED_M_S,
                 shear_stiffness,
             ]
         )  # fmt: skip

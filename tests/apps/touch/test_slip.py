@@ -7,14 +7,13 @@ import numpy as np
 import pytest
 from scipy.optimize import check_grad
 
+from eyehand.apps.touch.slip_network import HIDDEN, network_loss
 from eyehand.apps.touch.slip_recordings import (
     CLASSES,
     ELECTRODES,
-    HIDDEN,
     SETS,
     TOUCH,
     fourier_features,
-    network_loss,
     slip_auc,
 )
 

@@ -1,0 +1,295 @@
+"""Simulated trials of grip force: an object is grasped, pulled, lifted, loaded and shaken."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from eyehand.data_synth.pad import IMAGE_RATE, HeldObject, HeldSimulation
+from eyehand.tactile import FrictionPull, GripReading, LoadGrip, SlipGrip
+
+from .slip_trials import GRAVITY
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from eyehand.data_synth.pad import SensorModel
+    from eyehand.tactile import GripLaw
+
+LAWS = (
+    "constant",
+    "chapter",
+    "pull + wrist",
+    "pull + lever",
+    "all-knowing",
+)
+"""Grip laws of the table."""
+FIRST_GRIP = 12.0
+"""Grip force of the first grasp, of all laws, and for good of the constant one, N. It holds 0.75 kg
+at a friction of 0.3."""
+LAG = 0.02
+"""Time constant of the actuator, s."""
+MARGIN = 1.2
+"""Force of the all-knowing law over the least one."""
+LOST_SLIDE = 0.005
+"""Slide after the lift from which an object counts as lost, m."""
+WRIST_NOISE = 0.1
+"""Standard deviation of the force that the wrist measures in a cycle, N."""
+ALARM_SLIDE, ALARM_LATENCY = 1e-4, 0.01
+"""Slide of which the slip detector raises an alarm, m, and its latency, s: those that experiment
+slip measures. The alarm itself is computed from the true slide."""
+LEVER = 0.004
+"""Height of the foam layer over which friction moves the centre of pressure, m."""
+GRIP_NOISE = 0.05
+"""Standard deviation of the grip force that the actuator measures, N. The pad's own sum is no
+measure while the grip is eased: after a fall from 12 N, a hysteresis of 10 % still reads 1.2 N."""
+SHEAR_STIFFNESS = 3e6
+"""Shear stiffness per area of the layer of the 20 kPa pad, Pa/m."""
+CYCLE = 4
+"""Images per control cycle: 475 cycles a second."""
+ASSUMED_FRICTION = 0.3
+"""Friction that counts where the pull found none."""
+REGRIP = 1.3
+"""Grip force right after the pull, over the least one."""
+PULL_START, PULL_SECONDS, SETTLE_SECONDS, TEST_SECONDS = 0.1, 1.0, 0.25, 1.2
+"""Start and longest duration of the pull and lift, time until disturbances begin, and their
+duration, s."""
+PULL_SPEED, LIFT_SPEED, LIFT_SECONDS = 0.0015, 0.1, 0.2
+"""Speeds of the hand during the pull and the lift, m/s, and duration of the lift, s."""
+_TABLE_STIFFNESS, _TABLE_DAMPING = 5e3, 0.7
+"""Stiffness of the table, N/m, and its damping as a share of the critical one."""
+
+
+@dataclass(frozen=True)
+class GripTrial:
+    """One object and the disturbances after its lift."""
+
+    held: HeldObject
+    angle: float
+    """Angle of the face, rad."""
+    added: float
+    """Added load, as a share of the weight."""
+    rise: float
+    """Time in which it is added, s."""
+    start: float
+    """Time of that after the disturbances begin, s."""
+    shake: float
+    """Acceleration of the hand, as a share of gravity."""
+    frequency: float
+    """Frequency of that, Hz."""
+
+    def load(self, since: float) -> NDArray[np.float64]:
+        """Return the load on the object, (2,), N, at a time after the disturbances begin."""
+        weight = self.held.mass * GRAVITY
+        if since <= 0:
+            return np.array([0.0, -weight])
+        share = min(max((since - self.start) / self.rise, 0.0), 1.0)
+        swing = np.sin(2 * np.pi * self.frequency * since) * min(since / 0.1, 1.0)
+        return np.array([0.0, -weight * (1 + self.added * share + self.shake * swing)])
+
+
+@dataclass(frozen=True)
+class GripResult:
+    """How one law held one object."""
+
+    lost: bool
+    slide: float
+    """Slide from the end of the lift on, m."""
+    force_ratio: float
+    """Mean grip force over the mean least force while disturbances act."""
+    friction: float | None
+    """Estimated over true friction, if the law estimates it."""
+
+
+def draw_grip_trial(seed: int) -> GripTrial:
+    """Draw an object that the first grip can hold, and its disturbances."""
+    rng = np.random.default_rng((seed, 4))
+    while True:
+        mass = float(np.exp(rng.uniform(np.log(0.05), np.log(0.6))))
+        friction = rng.uniform(0.3, 1.0)
+        if mass * GRAVITY / (2 * friction) < 0.4 * FIRST_GRIP:
+            break
+    half_x, half_y = rng.uniform(0.012, 0.02, 2)
+    curved = rng.random() < 0.5
+    held = HeldObject(
+        mass=mass,
+        friction=friction,
+        half_x=half_x,
+        half_y=half_y,
+        curve_x=1 / rng.uniform(0.03, 0.1) if curved else 0.0,
+        centre_x=rng.uniform(-0.003, 0.003),
+        centre_y=rng.uniform(-0.003, 0.003),
+        roughness=rng.uniform(2e-6, 2e-5),
+        friction_spread=rng.uniform(0.02, 0.1),
+    )
+    return GripTrial(
+        held,
+        float(rng.uniform(-np.pi, np.pi)),
+        added=rng.uniform(0.0, 1.0),
+        rise=rng.uniform(0.01, 0.06),
+        start=rng.uniform(0.2, 0.6),
+        shake=rng.uniform(0.0, 0.4),
+        frequency=rng.uniform(1.0, 6.0),
+    )
+
+
+class _World:
+    """The object in the grip above a table, and the lagging actuator."""
+
+    def __init__(self, trial: GripTrial, sensor: SensorModel, max_pressure: float, seed: int):
+        self.simulation = HeldSimulation(
+            trial.held,
+            FIRST_GRIP,
+            max_pressure=max_pressure,
+            sensor=sensor,
+            angle=trial.angle,
+            seed=seed,
+        )
+        self.trial = trial
+        self.grip = self.command = FIRST_GRIP
+        self.lift = 0.0
+        """Height of the hand, m."""
+        self.time = 0.0
+        self._rest = self.simulation.place[1]
+        self._height = 0.0
+        self._damping = 2 * _TABLE_DAMPING * np.sqrt(_TABLE_STIFFNESS * trial.held.mass)
+        self._sag = trial.held.mass * GRAVITY / _TABLE_STIFFNESS
+
+    def cycle(self, since: float, speed: float) -> None:
+        """Advance by one control cycle; `speed` is that of the hand, m/s."""
+        dt = 1 / IMAGE_RATE
+        for _ in range(CYCLE):
+            self.grip += (self.command - self.grip) * (1 - np.exp(-dt / LAG))
+            self.lift += speed * dt
+            force = self.trial.load(since)
+            height = self.simulation.place[1] - self._rest + self.lift
+            rate, self._height = (height - self._height) / dt, height
+            if height < self._sag:
+                push = _TABLE_STIFFNESS * (self._sag - height) - self._damping * rate
+                force[1] += max(push, 0.0)
+            self.simulation.advance(self.grip, (force[0], force[1]))
+            self.time += dt
+            since += dt if since > 0 else 0.0
+
+
+def run_law(
+    law: str,
+    trial: GripTrial,
+    seed: int,
+    sensor: SensorModel,
+    max_pressure: float = 20e3,
+) -> GripResult:
+    """Hold one object by one law.
+
+    Parameters
+    ----------
+    law
+        One of `LAWS`.
+    trial
+        The object and its disturbances.
+    seed
+        Source of surface, electronics and noise.
+    sensor, max_pressure
+        Sensor model and range of the pads, Pa.
+    """
+    world = _World(trial, sensor, max_pressure, seed)
+    rng = np.random.default_rng((seed, 5))
+    senses = _Senses(world, law, rng)
+    mu = trial.held.friction
+    pulls = law.startswith("pull")
+    pull = FrictionPull(FIRST_GRIP) if pulls else None
+    control: GripLaw | None = SlipGrip(FIRST_GRIP) if law == "chapter" else None
+    dt = CYCLE / IMAGE_RATE
+    ready = PULL_START + PULL_SECONDS
+    end = ready + SETTLE_SECONDS + TEST_SECONDS
+    held_from = 0.0
+    force = least = 0.0
+    while world.time < end:
+        since = world.time - ready - SETTLE_SECONDS
+        lifting = PULL_START < world.time < ready
+        raised = ready <= world.time < ready + LIFT_SECONDS
+        world.cycle(since, PULL_SPEED * lifting + LIFT_SPEED * raised)
+        reading = senses.read()
+        if law == "all-knowing":
+            world.command = _all_knowing(trial, since)
+        elif control is not None:
+            world.command = control.update(reading, dt)
+        elif pull is not None and lifting:
+            world.command = pull.update(reading.normal, reading.tangential, dt)
+            if pull.done:
+                # Without an estimate, the object is held as if it were slippery.
+                found = pull.friction or ASSUMED_FRICTION
+                control = LoadGrip(found, REGRIP * reading.tangential / found)
+        elif pull is not None and world.time >= ready:
+            control = LoadGrip(ASSUMED_FRICTION, FIRST_GRIP)
+        if since <= 0:
+            held_from = world.simulation.slide
+        else:
+            force += world.grip
+            least += float(np.linalg.norm(trial.load(since))) / (2 * mu)
+    slide = world.simulation.slide - held_from
+    found = control.friction if isinstance(control, LoadGrip) else None
+    return GripResult(
+        slide > LOST_SLIDE, slide, force / least, None if found is None else found / mu
+    )
+
+
+def _all_knowing(trial: GripTrial, since: float) -> float:
+    """Return the command of the law that knows load and friction, and inverts the actuator's lag.
+
+    It does not know the future: the load's rate is that of the last cycle.
+    """
+    dt = CYCLE / IMAGE_RATE
+    now = float(np.linalg.norm(trial.load(since)))
+    rate = (now - float(np.linalg.norm(trial.load(since - dt)))) / dt
+    return MARGIN * (now + LAG * max(rate, 0.0)) / (2 * trial.held.friction)
+
+
+class _Senses:
+    """What the pad and the wrist measure for one law."""
+
+    def __init__(self, world: _World, law: str, rng: np.random.Generator) -> None:
+        self._world, self._law, self._rng = world, law, rng
+        self._alarmed_slide = 0.0
+        self._due: float | None = None
+        self._centre: NDArray[np.float64] | None = None
+
+    def read(self) -> GripReading:
+        """Return the reading of this cycle."""
+        world = self._world
+        if self._law in ("constant", "all-knowing"):
+            return GripReading(0.0, 0.0, slipping=False)
+        simulation = world.simulation
+        pressures, _ = simulation.read()
+        pressures = np.where(pressures > 4 * simulation.noise_floor, pressures, 0.0)
+        total = max(float(pressures.sum()), 1e-9)
+        normal = world.grip + GRIP_NOISE * float(self._rng.standard_normal())
+        centre = pressures @ simulation.array.positions[:, :2] / total
+        if self._centre is None or world.time < PULL_START:
+            self._centre = centre
+        if self._law == "pull + lever":
+            shift = float(np.linalg.norm(centre - self._centre))
+            # The layer turns by its height, and the face itself moves as the layer bends.
+            pad = total * simulation.pitch**2
+            area = total**2 / max(float(pressures @ pressures), 1e-9) * simulation.pitch**2
+            tangential = shift / (LEVER / pad + 1.0 / (SHEAR_STIFFNESS * area))
+        else:
+            # The wrist bears both pads, and the weight of the object alone.
+            force = 2 * simulation.friction_force + WRIST_NOISE * self._rng.standard_normal(2)
+            tangential = 0.5 * float(np.linalg.norm(force))
+        return GripReading(normal, tangential, slipping=self._alarm())
+
+    def _alarm(self) -> bool:
+        """Return whether the slip detector raises an alarm now.
+
+        Its alarm comes `ALARM_LATENCY` after each further `ALARM_SLIDE` of true slide.
+        """
+        world = self._world
+        if self._due is None and world.simulation.slide - self._alarmed_slide > ALARM_SLIDE:
+            self._due = world.time + ALARM_LATENCY
+        if self._due is None or world.time < self._due:
+            return False
+        self._due, self._alarmed_slide = None, world.simulation.slide
+        return True

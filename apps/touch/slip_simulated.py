@@ -1,0 +1,127 @@
+"""The simulated part of `eyehand experiment slip`: detection on pads of three ranges."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from eyehand.data_synth.pad import SENSORS
+
+from ..bench import ExperimentResult, add_footer, new_chart, result_table
+from ..bench.chart_style import BLUE, GREEN, GREY, VERMILION, add_legend, label_axes
+from ..console import tracked
+from .slip_detection import (
+    DETECTORS,
+    FALSE_SHARE,
+    alarm_level,
+    detection_row,
+    has_slip,
+    judge_alarms,
+    train_detector,
+)
+from .slip_trials import EVENTS, TEST_SHAPES, TRAIN_SHAPES, run_slip_trial
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from matplotlib.axes import Axes
+    from numpy.typing import NDArray
+
+    from ..bench import TrialPlan
+    from .arm_rig import SensorName
+    from .slip_trials import SlipTrial
+
+RANGES, QUICK_RANGES = (5e3, 20e3, 80e3), (20e3,)
+"""Ranges of the pads, Pa."""
+CHARTED = 20e3
+"""Range of the pad whose rates are drawn, Pa."""
+_TEST_SEEDS = 100_000
+"""Difference of the seeds of test and training."""
+_COLOURS = (VERMILION, BLUE, GREEN)
+
+
+def measure_simulated(plan: TrialPlan, sensor: SensorName = "good") -> ExperimentResult:
+    """Train all detectors on three kinds of objects, and test them on three others."""
+    ranges = QUICK_RANGES if plan.quick else RANGES
+    cases = [(top, test) for top in ranges for test in (False, True)]
+    trials = {
+        (top, test): _trials(plan, sensor, top, test)
+        for top, test in tracked(cases, "sets of trials", len(cases))
+    }
+    rows: list[dict[str, Any]] = []
+    curves = {}
+    for top in ranges:
+        known, unseen = trials[top, False], trials[top, True]
+        for name in DETECTORS:
+            score = train_detector(name, known, plan.seed)
+            trained, tested = [score(t) for t in known], [score(t) for t in unseen]
+            row = detection_row(unseen, judge_alarms(unseen, tested, alarm_level(unseen, tested)))
+            level = alarm_level(known, trained)
+            carried = detection_row(unseen, judge_alarms(unseen, tested, level))
+            row["carried_detected_pct"] = carried["detected_pct"]
+            row["carried_false_pct"] = carried["false_pct"]
+            rows.append({"name": name, "range_kpa": top / 1e3, **row})
+            if top == CHARTED:
+                curves[name] = _curve(unseen, tested)
+    table = result_table(
+        rows,
+        [
+            ("", "{name}"),
+            ("range", "{range_kpa:.0f} kPa"),
+            ("detected", "{detected_pct:.1f} %"),
+            ("knocks", "{false_knocks_pct:.1f} %"),
+            ("latency", "{latency_ms:.1f} ms"),
+            ("99 %", "{latency_p99_ms:.1f} ms"),
+            ("slide", "{slide_mm:.2f} mm"),
+            ("99 %", "{slide_p99_mm:.2f} mm"),
+            ("level of training", "{carried_detected_pct:.1f} / {carried_false_pct:.1f} %"),
+        ],
+        title=f"simulated slip of unseen objects, with false alarms in "
+        f"{100 * FALSE_SHARE:.0f} % of the trials without slip",
+        caption="knocks: knocks and accelerations without slip that raise an alarm; latency: after "
+        "0.1 mm of true slide, negative before it; level of training: detected and false "
+        "alarms with the alarm level of the training objects",
+    )
+    footer = plan.provenance(f"{len(EVENTS)} events, {', '.join(TEST_SHAPES)}; sensor {sensor}")
+    figure, axes = new_chart(
+        "Slip of unseen objects on the 20 kPa pad",
+        f"trained on {', '.join(TRAIN_SHAPES)}, tested on {', '.join(TEST_SHAPES)}",
+        height=5.0,
+    )
+    _draw(axes[0], curves)
+    add_footer(figure, footer)
+    return ExperimentResult(rows, table, figure)
+
+
+def _trials(plan: TrialPlan, sensor: SensorName, top: float, test: bool) -> list[SlipTrial]:
+    shapes = TEST_SHAPES if test else TRAIN_SHAPES
+    first = plan.seed + (_TEST_SEEDS if test else 0)
+    return [
+        run_slip_trial(shapes[k % len(shapes)], event, first + k, SENSORS[sensor], top)
+        for k in range(plan.trials)
+        for event in EVENTS
+    ]
+
+
+def _curve(
+    trials: Sequence[SlipTrial], scores: Sequence[NDArray[np.float64]]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return false alarms and detected slips, %, over the alarm level."""
+    slips = np.array([has_slip(trial) for trial in trials])
+    levels = np.unique([s.max() for s in scores])
+    judged = [judge_alarms(trials, scores, float(level)) for level in levels]
+    return (
+        np.array([100 * alarms.alarmed[~slips].mean() for alarms in judged]),
+        np.array([100 * alarms.detected[slips].mean() for alarms in judged]),
+    )
+
+
+def _draw(panel: Axes, curves: dict[str, tuple[NDArray[np.float64], NDArray[np.float64]]]) -> None:
+    for (name, (false, detected)), colour in zip(curves.items(), _COLOURS, strict=False):
+        panel.step(false, detected, color=colour, label=name, where="post")
+    panel.axvline(100 * FALSE_SHARE, color=GREY, linewidth=1.0)
+    panel.set_xlim(0, 30)
+    panel.set_ylim(0, 102)
+    label_axes(panel, "trials without slip that raise an alarm [%]", "slips detected in time [%]")
+    add_legend(panel, where="lower right")

@@ -1,0 +1,107 @@
+"""Estimate the friction of a grasped object by a small deliberate pull with eased grip."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import exp, log
+
+from eyehand.errors import InputError
+
+_MIN_FRICTION, _MAX_FRICTION = 0.05, 3.0
+"""Range of estimates that make sense."""
+
+
+@dataclass(frozen=True)
+class PullOptions:
+    """How the grip is eased, and when the ratio of forces counts as no longer rising.
+
+    Raises
+    ------
+    InputError
+        If a value is not positive.
+    """
+
+    ease_time: float = 0.25
+    """Time in which the grip falls to 1/e, s. A slower pull averages more noise."""
+    filter_time: float = 0.02
+    """Time constant of the filter of both forces, s."""
+    watch_time: float = 0.08
+    """Time over which the ratio must rise, s."""
+    min_rise: float = 0.3
+    """Rise of the log of the ratio, as a share of the fall of the log of the grip, below which the
+    ratio counts as hanging. An object that sticks has 1, and one that slides 0."""
+    min_load: float = 0.15
+    """Tangential force from which the ratio counts, N: above the force sensor's noise."""
+    min_grip: float = 0.15
+    """Grip force at which the pull ends, N."""
+
+    def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            if not 0 < value < float("inf"):
+                raise InputError(f"{name} must be finite and > 0, got {value}")
+
+
+class FrictionPull:
+    """The pull of one grasp.
+
+    The hand lifts by about a millimetre while the grip is eased. The ratio of tangential to normal
+    force rises until the object slides. From then on it hangs at the friction.
+
+    Parameters
+    ----------
+    grip
+        Grip force at the start, N.
+    options
+        How the pull runs.
+    """
+
+    def __init__(self, grip: float, options: PullOptions | None = None) -> None:
+        self._options = options or PullOptions()
+        self._grip = grip
+        self._normal = self._tangential = 0.0
+        self._started = False
+        self._past: list[tuple[float, float, float]] = []
+        self._time = 0.0
+        self.friction: float | None = None
+        """Estimated friction; None until the object has slid."""
+        self.done = False
+        """Whether the pull has ended: the object has slid, or the grip is at its minimum."""
+
+    def update(self, normal: float, tangential: float, dt: float) -> float:
+        """Enter a reading, and return the grip force to command, N.
+
+        Parameters
+        ----------
+        normal
+            Normal force on one pad, N.
+        tangential
+            Amount of the tangential force on one pad, N.
+        dt
+            Time since the last reading, s.
+        """
+        o = self._options
+        share = 1.0 - exp(-dt / o.filter_time) if self._started else 1.0
+        self._started = True
+        self._time += dt
+        self._normal += share * (normal - self._normal)
+        self._tangential += share * (tangential - self._tangential)
+        if self.done:
+            return self._grip
+        if self._tangential < o.min_load or self._normal <= 0.0:
+            # The pull has not begun to load the object.
+            return self._grip
+        self._past.append((self._time, log(self._normal), log(self._tangential / self._normal)))
+        while len(self._past) > 1 and self._past[1][0] <= self._time - o.watch_time:
+            self._past.pop(0)
+        begun, first_grip, first_ratio = self._past[0]
+        _, grip, ratio = self._past[-1]
+        fallen = first_grip - grip
+        watched = self._time - begun >= 0.9 * o.watch_time
+        if watched and fallen > 0.0 and ratio - first_ratio < o.min_rise * fallen:
+            best = max(entry[2] for entry in self._past)
+            self.friction = min(max(exp(best), _MIN_FRICTION), _MAX_FRICTION)
+            self.done = True
+        elif self._grip <= o.min_grip:
+            self.done = True
+        self._grip = max(self._grip * exp(-dt / o.ease_time), o.min_grip)
+        return self._grip

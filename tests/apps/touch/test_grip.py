@@ -1,0 +1,42 @@
+"""Grip laws in simulated trials, and the command."""
+
+import json
+
+import numpy as np
+import pytest
+
+from eyehand.apps.touch.grip_trials import GRAVITY, LAWS, draw_grip_trial, run_law
+from eyehand.data_synth.pad import SENSORS
+
+
+def test_trial_loads_the_object_by_its_weight_at_first():
+    trial = draw_grip_trial(0)
+    assert trial.load(-0.1) == pytest.approx([0.0, -trial.held.mass * GRAVITY])
+    later = trial.load(trial.start + trial.rise + 0.5)
+    assert abs(later[1]) <= trial.held.mass * GRAVITY * (1 + trial.added + trial.shake)
+
+
+def test_constant_grip_holds_what_it_was_drawn_for():
+    result = run_law("constant", draw_grip_trial(1), 1, SENSORS["good"])
+    assert not result.lost
+    assert result.friction is None
+    assert result.force_ratio > 2.0
+
+
+def test_pull_with_a_wrist_finds_friction_and_holds_with_little_force():
+    result = run_law("pull + wrist", draw_grip_trial(1), 1, SENSORS["real"])
+    assert not result.lost
+    assert result.friction == pytest.approx(1.0, abs=0.25)
+    assert result.force_ratio < 2.0
+
+
+def test_command_judges_all_laws(tmp_path, run_experiment):
+    code, out, _ = run_experiment("grip", "--trials", 1, "--json", "--out", tmp_path / "out")
+    assert code == 0
+    rows = json.loads(out)["rows"]
+    assert tuple(row["name"] for row in rows) == LAWS
+    bound = rows[-1]
+    assert bound["kept_pct"] == 100.0
+    assert 1.1 < bound["force_ratio"] < 1.4
+    assert all(np.isfinite(row["force_ratio"]) for row in rows)
+    assert (tmp_path / "out" / "grip.png").stat().st_size > 10_000
