@@ -42,7 +42,7 @@ class Grasp:
     success: float
     """Estimated probability of success, 0-1."""
     terms: Mapping[str, float]
-    """Factors of the probability by name, each 0-1."""
+    """Factors by name, each 0-1; `success` is their product, calibrated on executed grasps."""
     reason: str
     """Description of the grasp for reports."""
     object_size: NDArray[np.float64] | None = None
