@@ -50,19 +50,19 @@ def clearances(
         low[:] = FAR
         for group in range(len(label)):
             side = 0 if label[group] == owner[i] else 1
-            x, y, z = _local(rotation[i], tip[i], group_centre[group])
+            at = _local(rotation[i], tip[i], group_centre[group])
             reach = low[side, last] + group_radius[group]
-            if _nearest(x, y, z, half[i], finger, fixed, False, sweep, reach) >= reach:
+            if _nearest(at, half[i], finger, fixed, False, sweep, reach) >= reach:
                 continue
             for block in range(group_start[group], group_start[group + 1]):
-                x, y, z = _local(rotation[i], tip[i], centre[block])
+                at = _local(rotation[i], tip[i], centre[block])
                 reach = low[side, last] + radius[block]
-                if _nearest(x, y, z, half[i], finger, fixed, False, sweep, reach) >= reach:
+                if _nearest(at, half[i], finger, fixed, False, sweep, reach) >= reach:
                     continue
                 for k in range(start[block], start[block + 1]):
-                    x, y, z = _local(rotation[i], tip[i], points[k])
+                    at = _local(rotation[i], tip[i], points[k])
                     bound = low[side, last]
-                    distance = _nearest(x, y, z, half[i], finger, fixed, False, sweep, bound)
+                    distance = _nearest(at, half[i], finger, fixed, False, sweep, bound)
                     if distance < bound:
                         _insert(low[side], distance)
             if low[side, last] < BLOCKED:
@@ -94,11 +94,12 @@ def _local(rotation, tip, point):
 
 
 @njit(cache=True)
-def _nearest(x, y, z, half, finger, fixed, moving, length, bound):
+def _nearest(at, half, finger, fixed, moving, length, bound):
     """Return the least value of the hand's boxes at a point in the tool frame, at most `bound`, m.
 
     The value is that of :func:`_box_travel` if the hand is `moving`, else of `_box_distance`.
     """
+    x, y, z = at
     for b in range(len(finger)):
         side = abs(x) - half
         if moving:
@@ -167,15 +168,15 @@ def travels(rotation, start, half, points, blocks, finger, fixed, length, allowa
         r, t = rotation[i], start[i]
         for block in range(len(radius)):
             reach = radius[block]
-            x, y, z = _local(r, t, centre[block])
+            at = _local(r, t, centre[block])
             bound = found[last] + reach
             narrow = allowance - reach
-            if _nearest(x, y, z, half[i], finger, fixed, True, narrow, bound) >= bound:
+            if _nearest(at, half[i], finger, fixed, True, narrow, bound) >= bound:
                 continue
             for k in range(first[block], first[block + 1]):
-                x, y, z = _local(r, t, points[k])
+                at = _local(r, t, points[k])
                 bound = found[last]
-                value = _nearest(x, y, z, half[i], finger, fixed, True, allowance, bound)
+                value = _nearest(at, half[i], finger, fixed, True, allowance, bound)
                 if value < bound:
                     _insert(found, value)
         out[i] = found[last]
