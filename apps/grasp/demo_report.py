@@ -50,6 +50,10 @@ def _header(record: DemoRecord) -> str:
     title = (
         "Table cleared" if placed == total else f"{placed} of {counted(total, 'object')} put away"
     )
+    # A failed pick can still end in the tray. The headline must not hide what the rows say.
+    failed = sum(not row.success for row in record.result.picks)
+    if placed == total and failed:
+        title += f", {failed} of {counted(len(record.result.picks), 'pick')} failed"
     return (
         f"<h1>{title}</h1>"
         f'<p class="faint">{escape(record.source)}. A simulated robot perceives unknown objects in '

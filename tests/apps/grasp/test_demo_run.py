@@ -128,6 +128,15 @@ def test_page_marks_failures_and_escapes_text(cleared):
     assert "&lt;b&gt;dropped" in html
 
 
+def test_headline_names_failed_picks_of_a_cleared_table(cleared):
+    record, _ = cleared
+    row = replace(record.result.picks[0], success=False)
+    for success, title in ((False, "Table cleared, 1 of 1 pick failed"), (True, "Table cleared")):
+        picks = (replace(row, success=success),)
+        result = replace(record.result, picks=picks, placed=1, total=1)
+        assert f"<h1>{title}</h1>" in report_html(replace(record, result=result))
+
+
 def test_force_plot_shows_short_impacts_and_pick_without_forces(cleared):
     record, _ = cleared
     pick = next(capture.pick for capture in record.captures if capture.pick is not None)
