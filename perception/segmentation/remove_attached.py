@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .label_pixels import renumber_labels
+from .label_pixels import count_labels, renumber_labels
 from .regions import count_border_pairs
 
 if TYPE_CHECKING:
@@ -23,6 +23,9 @@ MIN_BESIDE = 0.1
 MAX_OBJECT_CONTACT = 0.05
 """Maximum share of its border in contact with other regions. Parts of objects in a heap touch each
 other."""
+MAX_SIZE = 2000
+"""Maximum size of a part, px at the reference width. A larger region may be an object that leans on
+a wall."""
 BORDER = 2
 """Distance from the border of the image at which it cuts a region off, px."""
 
@@ -60,9 +63,10 @@ def remove_attached(
         return kept
     count = int(kept.max(initial=0))
     borders = count_border_pairs(np.where(outer, count + 1, kept).astype(np.int32), image, planes)
+    sizes, max_size = count_labels(kept, count), image.area(MAX_SIZE)
     stays = np.ones(count + 1, np.bool_)
     stays[0] = False
-    for label in range(1, count + 1):
+    for label in (np.flatnonzero(sizes[1:] <= max_size) + 1).tolist():
         contact = borders.contact[label].sum(axis=1)
         steps = (
             borders.occluding[label, count + 1].sum() + borders.occluding[count + 1, label].sum()

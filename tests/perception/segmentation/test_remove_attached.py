@@ -4,8 +4,15 @@ import numpy as np
 import pytest
 from random_planes import image_of
 
+from eyehand.perception.segmentation import remove_attached as module
 from eyehand.perception.segmentation.local_planes import LocalPlanes
 from eyehand.perception.segmentation.remove_attached import remove_attached
+
+
+@pytest.fixture(autouse=True)
+def limits(monkeypatch):
+    """Set the maximum size of a part, in an image far below the reference width."""
+    monkeypatch.setattr(module, "MAX_SIZE", 20_000)
 
 
 def scene():
@@ -37,6 +44,11 @@ def test_part_of_what_the_image_cuts_off_is_removed():
 
 def test_part_with_a_depth_step_all_along_stays():
     assert remaining(scene(), [2, 3], (3.0, 1.0, 0.8, 1.0)) == {2, 3}
+
+
+def test_large_region_stays_as_it_may_lean_on_a_wall(monkeypatch):
+    monkeypatch.setattr(module, "MAX_SIZE", 100)
+    assert remaining(scene(), [2, 3]) == {2, 3}
 
 
 def test_part_of_a_region_inside_the_image_stays():
