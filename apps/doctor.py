@@ -91,7 +91,7 @@ def _kernels() -> Check:
 
 
 def _physics() -> Check:
-    from eyehand.data_synth.mujoco_import import import_mujoco
+    from eyehand.data_synth import import_mujoco
 
     return Check("physics", True, f"MuJoCo {import_mujoco().__version__}")
 
@@ -123,14 +123,14 @@ def _films() -> Check:
 def _camera() -> Check:
     if find_spec("depthai") is None:
         return Check("camera", False, "no driver of OAK cameras", "pip install 'eyehand[oak]'")
-    from eyehand.perception.cameras.depthai_import import load_depthai
+    from eyehand.perception.cameras import load_depthai
 
     load_depthai()
     import depthai
 
     found = depthai.Device.getAllAvailableDevices()
     if found:
-        return Check("camera", True, f"{len(found)} OAK camera: {found[0].getDeviceId()}")
+        return Check("camera", True, f"{len(found)} OAK camera: {found[0].deviceId}")
     advice = "connect an OAK camera"
     if sys.platform.startswith("linux") and os.getuid() and not UDEV_RULES.is_file():
         advice += f"; write its udev rule to {UDEV_RULES}"

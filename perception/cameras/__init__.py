@@ -10,6 +10,7 @@ from .calibration_board import (
     checkerboard,
     detect_board,
 )
+from .depthai_import import load_depthai
 from .file_sequence import FileSequence
 from .hand_eye import CameraMount, HandEye, HandEyeOptions, calibrate_hand_eye
 from .oak import OakCamera, OakOptions
@@ -34,5 +35,6 @@ __all__ = [
     "checkerboard",
     "detect_board",
     "intrinsics_from_calibration",
+    "load_depthai",
     "record_frames",
 ]
