@@ -124,11 +124,14 @@ def _picture(
         panel.plot(ratios[~lost], heights[~lost], "o", color=colour, markersize=4, alpha=0.6)
         panel.plot(ratios[lost], heights[lost], "x", color=colour, markersize=6)
         panel.plot(2 * [row["force_ratio"]], [place - 0.38, place + 0.38], color=colour)
+        # Labels of the axis would be cut off at the border of the picture.
+        label = f"{law} ({row['kept_pct']:.0f} %)"
+        panel.text(0.0, place - 0.42, label, transform=panel.get_yaxis_transform())
     panel.axvline(1.0, color=GREY, linewidth=1.0)
     panel.set_xscale("log")
     panel.set_xticks([1, 2, 5, 10, 20], ["1", "2", "5", "10", "20"])
-    panel.set_yticks(range(len(rows)), [f"{row['name']} ({row['kept_pct']:.0f} %)" for row in rows])
-    panel.invert_yaxis()
+    panel.set_yticks([])
+    panel.set_ylim(len(rows) - 0.5, -0.8)
     label_axes(panel, "mean grip force over the least one; crosses: lost", "")
     add_footer(figure, provenance)
     return figure
