@@ -49,7 +49,12 @@ def _check_integer(name: str, text: str) -> None:
 
     if "." in text and is_number(text) and not float(text).is_integer():
         raise InputError(f"{name} must be a whole number, got {text}")
-    if is_number(text) and abs(float(text)) >= INTEGER_BOUND:
+    # A float cannot represent 2**63 - 1, so whole numbers are compared as integers.
+    try:
+        value = int(text)
+    except ValueError:
+        value = float(text) if is_number(text) else 0.0
+    if abs(value) >= INTEGER_BOUND:
         raise InputError(f"{name} must be between -2**63 and 2**63, got {text}")
 
 

@@ -60,11 +60,12 @@ def perceive_command(
         Print one JSON object on stdout; the table goes to stderr.
     """
     check_source(frame, oak, record, frames)
-    claim_folder(out)
     rows = []
     count = 0
     for name, source, depth_frame in open_frames(frame, camera, oak, record, frames):
         if count == 0:
+            # Only now: an input that cannot be read leaves no empty folder.
+            claim_folder(out)
             load_kernels()
         count += 1
         if masks is not None:

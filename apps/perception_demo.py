@@ -78,9 +78,9 @@ def perception_demo(
     """
     if not 1 <= objects <= MAX_OBJECTS:
         raise InputError(f"--objects must be 1 to {MAX_OBJECTS}, got {objects}")
-    claim_folder(out)
     # The real frame comes first because reading it can fail.
     real, name, source = _real_frame(frame, camera)
+    claim_folder(out)
     say("making a synthetic scene: physics, camera, depth noise ...")
     scene = make_scene(seed, TabletopOptions(count_range=(objects, objects)))
     synthetic, truth = render_frame(scene, DepthNoise.realistic(), seed)

@@ -19,7 +19,7 @@ def report(capsys) -> tuple[int, dict]:
 @pytest.fixture(autouse=True)
 def quick(monkeypatch) -> None:
     """Search no camera, start no graphics and compile nothing."""
-    monkeypatch.setenv("MUJOCO_GL", "disable")
+    monkeypatch.setattr("eyehand.data_synth.render.gl_fault", lambda: "OpenGL is off; no display")
     monkeypatch.setattr(doctor, "_camera", lambda: doctor.Check("camera", False, "none", "connect"))
     monkeypatch.setattr("eyehand.apps.perceived_frame.load_kernels", lambda: None)
 

@@ -148,13 +148,20 @@ def test_pushed_neighbours_are_counted_separately(may_push, counts, monkeypatch)
     ]
     cell, robot = trial_cell(pair, GraspTrial(known=True))
     scorer = Scorer(cell, robot)
-    target = SimpleNamespace(points=robot.object_pose("box").translation[None])
-    plan = SimpleNamespace(prototype="pincer", approach="top", rows=6, may_push=may_push)
+    unfitted = SimpleNamespace(superquadric=None)
+    target = SimpleNamespace(points=robot.object_pose("box").translation[None], fit=unfitted)
+    plan = SimpleNamespace(
+        prototype="pincer",
+        approach="top",
+        rows=6,
+        may_push=may_push,
+        score=SimpleNamespace(total=0.5),
+    )
     report = SimpleNamespace(
         kind="box", outcome="stuck", reason="", perceive_ms=1.0, plan_ms=1.0, seconds=1.0,
         contact_pads=0, finger_curl=0.0, plan=plan,
     )  # fmt: skip
-    choice = cast("SelectedGrasp", SimpleNamespace(target=target))
+    choice = cast("SelectedGrasp", SimpleNamespace(target=target, plan=plan))
     scorer.on_pick(choice, None)
     monkeypatch.setattr(robot, "take_contacts", lambda: {"table", "box", "other"})
     scorer._note_cycle(cast("CycleInfo", SimpleNamespace(phase="pre-grasp")))
