@@ -91,8 +91,8 @@ def _end(inside, outside, start, step, semi_axes, exponents, taper):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def pad_chords(rows, depths, middle, length, semi_axes, exponents, taper, axes, chords):
-    """Fill in the chords (P, Z, 2) of lines along the closing direction, m.
+def pad_chords(rows, depths, middle, axes, length, semi_axes, exponents, taper):
+    """Return the chords (P, Z, 2) of lines along the closing direction, m; nan where one misses.
 
     Line (p, z) runs at row p and depth z of the hand. Its zero is the hand's middle plane.
 
@@ -102,16 +102,14 @@ def pad_chords(rows, depths, middle, length, semi_axes, exponents, taper, axes, 
         Coordinates along the row of fingers (P,) and along the palm's direction (Z,), m.
     middle
         Origin of the palm in the frame of the solid, (3,), m.
+    axes
+        Closing, row of fingers and palm direction in the frame of the solid, (3, 3).
     length
         Length of the lines, m.
     semi_axes, exponents, taper
         Parameters of the solid.
-    axes
-        Closing, row of fingers and palm direction in the frame of the solid, (3, 3).
-    chords
-        Result.
     """
-    start = np.empty(3)
+    chords, start = np.empty((len(rows), len(depths), 2)), np.empty(3)
     for p in range(len(rows)):
         for z in range(len(depths)):
             for k in range(3):
@@ -124,3 +122,4 @@ def pad_chords(rows, depths, middle, length, semi_axes, exponents, taper, axes, 
             low, high = chord(start, axes[0], length, semi_axes, exponents, taper)
             chords[p, z, 0] = low - 0.5 * length
             chords[p, z, 1] = high - 0.5 * length
+    return chords

@@ -142,17 +142,15 @@ def _slopes(
     the solid has an infinite slope.
     """
     depths = depth + SLOPE_STEP * np.array([-0.5, 0.5])
-    chords = np.empty((1, 2, 2))
-    pad_chords(
+    chords = pad_chords(
         np.array([row]),
         depths,
         (middle - solid.centre) @ solid.rotation,
+        np.ascontiguousarray(axes @ solid.rotation),
         MAX_CHORD,
         solid.semi_axes,
         np.array(solid.exponents),
         np.array(solid.taper),
-        np.ascontiguousarray(axes @ solid.rotation),
-        chords,
     )
     if not np.isfinite(chords).all():
         return np.full(2, np.inf)

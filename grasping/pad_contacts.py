@@ -48,17 +48,15 @@ def touching_fingers(
     rows = np.minimum(np.maximum(centre, offsets - slack), offsets + slack)
     reach = hand.reach(geometry.width)
     depths = WRAP_SHARES * reach if prototype == "power" else reach - TIP_DEPTHS
-    chords = np.empty((len(rows), len(depths), 2))
-    pad_chords(
+    chords = pad_chords(
         rows,
         depths,
         (middle - centre_at) @ to_solid,
+        axes @ to_solid,
         MAX_CHORD,
         semi_axes,
         exponents,
         taper,
-        axes @ to_solid,
-        chords,
     )
     return np.asarray(np.isfinite(chords[..., 0]).any(axis=1))
 
