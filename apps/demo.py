@@ -12,9 +12,11 @@ from cyclopts import Parameter
 from eyehand.data_synth.render import gl_fault
 from eyehand.errors import InputError
 from eyehand.grasping import GraspPurpose
+from eyehand.perception import read_frame
 
 from .console import print_json, say, show
 from .grasp.robot_choice import RobotChoice
+from .perceived_frame import perceive_and_plan
 from .perception_demo import perception_demo
 from .run_folder import claim_folder
 
@@ -28,8 +30,8 @@ if TYPE_CHECKING:
 
 DEFAULT_PORT = 8080
 """Port of the live page unless it is taken."""
-FILM_FILE = "demo.mp4"
-"""File name of the film."""
+FILM_FILE, PICTURE_FILE = "demo.mp4", "demo.webp"
+"""File names of the film and of the moving picture."""
 
 
 def demo(
@@ -45,6 +47,7 @@ def demo(
     failures: int | None = None,
     robot: Annotated[RobotChoice | None, Parameter(name="*", group="Robot")] = None,
     video: bool = True,
+    beside: Path | None = None,
     view: bool = False,
     port: int = DEFAULT_PORT,
     out: Path = Path("out/demo"),
@@ -80,6 +83,9 @@ def demo(
         The simulated robot.
     video
         Record the film.
+    beside
+        A depth frame. Also write demo.webp, a moving picture for web pages: the segments and solids
+        of this frame beside the film.
     view
         Show the demo live in the browser, with pause, single steps and speed. Ctrl-C ends it. No
         film is recorded.
@@ -94,6 +100,8 @@ def demo(
         raise InputError(f"--seed must be >= 0, got {seed}")
     if failures is not None and failures < 1:
         raise InputError(f"--failures must be >= 1, got {failures}")
+    if beside is not None and (perception_only or frame is not None or view or not video):
+        raise InputError("--beside needs the film: no frame, --look, --view or --no-video")
     if perception_only or frame is not None:
         if isinstance(objects, Path):
             raise InputError(
@@ -124,14 +132,16 @@ def demo(
         **(robot or RobotChoice()).trial_fields(),
     )
     ending = ClearOptions(failures=failures or FAILURES)
-    # Building the cell validates scene and robot, so it comes before the first written file.
+    # Building the cell and reading the frame validate input. The first file is written later.
     built = trial_cell(table.objects, trial)
+    pictured = None if beside is None else perceive_and_plan(read_frame(beside))
     claim_folder(out)
     warm_up_grasping(jaws=isinstance(built[0].robot.hand, ParallelHand))
     say(f"clearing a table: {table.source} ...")
     if view:
         return _live(table.source, trial, built, ending, port, out, json)
     from .grasp.demo_run import run_demo
+    from .moving_picture import write_moving_picture
 
     film = _film(out / FILM_FILE) if video else None
     with film or nullcontext():
@@ -139,6 +149,9 @@ def demo(
         record = run_demo(table.source, trial, built, joined, ending)
     if film is not None:
         record = replace(record, film=film.path, film_cpu_seconds=film.cpu_seconds)
+        if pictured is not None:
+            write_moving_picture(out / PICTURE_FILE, film.path, pictured)
+            say(f"moving picture: {out / PICTURE_FILE}")
     write_results(record, out, json)
     return 0
 
