@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -10,6 +11,7 @@ from eyehand.apps.main import main
 from eyehand.apps.run_folder import claim_folder, release_folders
 from eyehand.errors import InputError
 
+SAMPLE = Path(__file__).resolve().parents[2] / "apps" / "sample" / "depth.png"
 HOLDER = (
     "import sys\n"
     "from pathlib import Path\n"
@@ -51,7 +53,7 @@ def test_second_run_into_one_folder_is_refused_until_the_first_is_gone(held):
 
 def test_command_is_refused_in_one_line(held, capsys):
     with pytest.raises(SystemExit) as exit_info:
-        main(["perceive", "absent.png", "--out", str(held[0])])
+        main(["perceive", str(SAMPLE), "--out", str(held[0])])
     err = capsys.readouterr().err
     assert exit_info.value.code == 2
     assert err.startswith("eyehand: another run writes to ")
