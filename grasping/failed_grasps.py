@@ -48,8 +48,8 @@ class FailedGrasp:
     def equals(self, plan: GraspPlan, *, moved: bool) -> bool:
         """Return whether a plan repeats this grasp.
 
-        The sides of an object that moved cannot be told apart. On an object at its place, a grasp
-        in another direction is another grasp.
+        An object that moved may have turned, so its directions do not count. On an object that did
+        not move, a grasp in another direction is another grasp.
         """
         other = FailedGrasp.of(plan)
         if other.name != self.name:

@@ -9,11 +9,18 @@ from eyehand.errors import InputError
 
 _MIN_FRICTION, _MAX_FRICTION = 0.05, 3.0
 """Range of estimates that make sense."""
+_FILTER_TIME = 0.02
+"""Time constant of the filter of both forces, s."""
+_WATCH_TIME = 0.08
+"""Time over which the ratio must rise, s. With 0.03 s noise of the wrist ends the pull too early."""
+_MIN_RISE = 0.3
+"""Rise of the log of the ratio, as a share of the fall of the log of the grip. Below it the ratio
+counts as hanging. An object that sticks has 1, and one that slides 0."""
 
 
 @dataclass(frozen=True)
 class PullOptions:
-    """How the grip is eased, and when the ratio of forces counts as no longer rising.
+    """Speed and end of the pull, and the load from which it counts.
 
     Raises
     ------
@@ -23,13 +30,6 @@ class PullOptions:
 
     ease_time: float = 0.25
     """Time in which the grip falls to 1/e, s. A slower pull averages more noise."""
-    filter_time: float = 0.02
-    """Time constant of the filter of both forces, s."""
-    watch_time: float = 0.08
-    """Time over which the ratio must rise, s."""
-    min_rise: float = 0.3
-    """Rise of the log of the ratio, as a share of the fall of the log of the grip, below which the
-    ratio counts as hanging. An object that sticks has 1, and one that slides 0."""
     min_load: float = 0.15
     """Tangential force from which the ratio counts, N: above the force sensor's noise."""
     min_grip: float = 0.15
@@ -80,7 +80,7 @@ class FrictionPull:
             Time since the last reading, s.
         """
         o = self._options
-        share = 1.0 - exp(-dt / o.filter_time) if self._started else 1.0
+        share = 1.0 - exp(-dt / _FILTER_TIME) if self._started else 1.0
         self._started = True
         self._time += dt
         self._normal += share * (normal - self._normal)
@@ -91,13 +91,13 @@ class FrictionPull:
             # The pull has not begun to load the object.
             return self._grip
         self._past.append((self._time, log(self._normal), log(self._tangential / self._normal)))
-        while len(self._past) > 1 and self._past[1][0] <= self._time - o.watch_time:
+        while len(self._past) > 1 and self._past[1][0] <= self._time - _WATCH_TIME:
             self._past.pop(0)
         begun, first_grip, first_ratio = self._past[0]
         _, grip, ratio = self._past[-1]
         fallen = first_grip - grip
-        watched = self._time - begun >= 0.9 * o.watch_time
-        if watched and fallen > 0.0 and ratio - first_ratio < o.min_rise * fallen:
+        watched = self._time - begun >= 0.9 * _WATCH_TIME
+        if watched and fallen > 0.0 and ratio - first_ratio < _MIN_RISE * fallen:
             best = max(entry[2] for entry in self._past)
             self.friction = min(max(exp(best), _MIN_FRICTION), _MAX_FRICTION)
             self.done = True

@@ -52,8 +52,6 @@ class LoadGripOptions:
     load."""
     lag: float = 0.02
     """Time constant of the actuator, s; its inverse is fed forward."""
-    filter_time: float = 0.008
-    """Time constant of the filter of the load, s."""
     relax_time: float = 0.6
     """Time in which the grip falls to 1/e of its distance to the least force, s."""
     raised: float = 0.25
@@ -65,6 +63,8 @@ class LoadGripOptions:
                 raise InputError(f"{name} must be finite and >= 0, got {value}")
 
 
+_FILTER_TIME = 0.008
+"""Time constant of the filter of the load, s."""
 ALARM_PAUSE_S = 0.04
 """Time after an alarm in which no further one counts, s: two time constants of the actuator."""
 _MAX_LEAD = 2.0
@@ -103,14 +103,14 @@ class LoadGrip:
     def update(self, reading: GripReading, dt: float) -> float:
         """Return the grip force to command, N (see :class:`GripLaw`)."""
         o = self._options
-        share = 1.0 - exp(-dt / o.filter_time) if o.filter_time > 0 else 1.0
+        share = 1.0 - exp(-dt / _FILTER_TIME)
         if self._load is None:
             self._load = reading.tangential
         step = share * (reading.tangential - self._load)
         self._load += step
         self._rate += share * (step / dt - self._rate)
         # The filtered load lags by the filter's time; its rate makes up for that.
-        load = max(self._load + self._rate * o.filter_time, self._load)
+        load = max(self._load + self._rate * _FILTER_TIME, self._load)
         self._pause -= dt
         if reading.slipping and self._pause <= 0.0 and reading.normal > 0.0:
             self._pause = ALARM_PAUSE_S

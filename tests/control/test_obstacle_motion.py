@@ -70,9 +70,9 @@ def test_obstacle_put_elsewhere_stands_still_and_so_does_one_without_news():
     assert not np.any(motions.twist("box"))
 
 
-@pytest.mark.parametrize("told", [True, False])
+@pytest.mark.parametrize("velocity_given", [True, False])
 @pytest.mark.parametrize("azimuth", [0.0, 1.2, -0.8])
-def test_ball_at_half_a_metre_per_second_is_evaded(azimuth, told):
+def test_ball_at_half_a_metre_per_second_is_evaded(azimuth, velocity_given):
     robot = RobotModel.load(LBR_ARM, "tool")
     hand = robot.at(robot.home).position
     outward = np.array([np.cos(azimuth), np.sin(azimuth), 0.2])
@@ -83,7 +83,7 @@ def test_ball_at_half_a_metre_per_second_is_evaded(azimuth, told):
     velocity, q, clearance = -0.5 * outward, robot.home.copy(), []
     for cycle in range(round(0.6 / 0.5 / DT)):
         pose = place(hand + 0.5 * outward + cycle * DT * velocity)
-        world.move("ball", pose, [*velocity, 0, 0, 0] if told else None)
+        world.move("ball", pose, [*velocity, 0, 0, 0] if velocity_given else None)
         step = controller.step(q)
         q = q + DT * step.velocity
         clearance.append(step.clearance)
