@@ -12,7 +12,7 @@ _MIN_FRICTION, _MAX_FRICTION = 0.05, 3.0
 _FILTER_TIME = 0.02
 """Time constant of the filter of both forces, s."""
 _WATCH_TIME = 0.08
-"""Time over which the ratio must rise, s. With 0.03 s the noise of the wrist ends the pull early."""
+"""Time over which the ratio must rise, s. With 0.03 s noise of the wrist ends the pull early."""
 _MIN_RISE = 0.3
 """Rise of the log of the ratio, as a share of the fall of the log of the grip. Below it the ratio
 counts as hanging. An object that sticks has 1, and one that slides 0."""
