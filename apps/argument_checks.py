@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import errno
 import stat
+from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, get_args
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
+from typing import Any, get_args
 
 INTEGER_BOUND = 1 << 63
 """Integers at or above this do not fit the 64-bit columns and counters that seeds end in."""

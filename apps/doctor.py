@@ -5,18 +5,16 @@ from __future__ import annotations
 import os
 import shutil
 import sys
+from collections.abc import Callable
 from importlib import metadata
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from .bench.machine import machine_line
 from .command_table import EXTRAS
 from .console import print_json, show
 from .kernel_folder import CACHE_VARIABLE
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 UDEV_RULES = Path("/etc/udev/rules.d/80-movidius.rules")
 """Rule that lets users without root open OAK cameras, as the manufacturer's guide names it."""

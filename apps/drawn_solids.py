@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
+from numpy.typing import NDArray
 
+from eyehand.perception import Superquadric, SuperquadricFit
 from eyehand.perception.superquadric import Vessel, feature_curves, mesh, vessel_mesh
 
 from .scene_json import fit_parts
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from eyehand.perception import Superquadric, SuperquadricFit
 
 
 def drawn_solids(fit: SuperquadricFit) -> tuple[Superquadric | Vessel, ...]:

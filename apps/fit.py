@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import numpy as np
 from cyclopts import Parameter
@@ -11,24 +12,18 @@ from rich.markup import escape
 from rich.table import Table
 
 from eyehand.errors import InputError
+from eyehand.perception import SuperquadricFit
 from eyehand.perception.superquadric import OptimiserName
 
 from .console import print_json, say, show, tracked
 from .fitting.fit_choice import FitChoice, KindChoice
-from .fitting.fit_inputs import read_inputs
+from .fitting.fit_inputs import CloudInput, FittedCloud, FrameInput, read_inputs
 from .fitting.robot_files import WATER_DENSITY
 from .frame_masks import FrameMasks
 from .mesh_file import MeshFormat
 from .output_files import make_folder
 from .perceived_frame import load_kernels
 from .scene_json import fit_json, fit_parts
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from eyehand.perception import SuperquadricFit
-
-    from .fitting.fit_inputs import CloudInput, FittedCloud, FrameInput
 
 DEFAULT_PORT = 8080
 

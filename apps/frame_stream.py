@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from itertools import islice
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 from eyehand.errors import InputError
+from eyehand.perception import DepthFrame
 from eyehand.perception.io import FRAME_SUFFIXES, read_frame
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from pathlib import Path
-
-    from eyehand.perception import DepthFrame
 
 RECORDING_SUFFIX = ".mcap"
 

@@ -6,11 +6,8 @@ import ctypes
 import gc
 import re
 import tracemalloc
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 MB = 1e6
 """Bytes in a megabyte."""

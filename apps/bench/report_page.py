@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import base64
+from collections.abc import Collection, Iterable, Sequence
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from collections.abc import Collection, Iterable, Sequence
 
 STYLE_SHEET = Path(__file__).with_suffix(".css")
 

@@ -5,10 +5,10 @@ A stage declares one :class:`StressStage`; its command calls :func:`run_stress`.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Generic
+from typing import Annotated, Any, Generic
 
 from cyclopts import Parameter
 from rich import box
@@ -20,9 +20,6 @@ from eyehand.errors import InputError
 
 from .sweep import Sweep, SweepResult, Tested, format_value, run_sweep, select_sweeps
 from .sweep_chart import ReportSpec, point_rows, sweep_rows, write_stress_chart
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
 
 CHART_FILES = ("stress.png", "stress.csv")
 """Files that every stress command writes: the chart and its figures."""

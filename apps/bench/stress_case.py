@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Generic
+from typing import Any, Generic
 
 from rich import box
 from rich.markup import escape
@@ -13,9 +13,6 @@ from rich.table import Table
 from ..console import tracked
 from .stress import CheckReport
 from .sweep import Tested, Trial, run_guarded
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
 
 
 @dataclass(frozen=True)

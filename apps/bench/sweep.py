@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 
 from eyehand.errors import InputError
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
 
 Tested = TypeVar("Tested")
 """Type of the method under test. Each stage (segmentation, grasp, …) has its own."""

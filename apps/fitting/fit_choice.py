@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Literal
+from typing import Any, Literal
 
 from eyehand.errors import InputError
 from eyehand.perception import FitOptions
 from eyehand.perception.superquadric import MAX_PARTS, Kind, OptimiserName
-
-if TYPE_CHECKING:
-    from typing import Any
 
 KindChoice = Literal["auto"] | Kind
 """A kind of solid; ``auto`` selects the simplest kind that explains the points."""

@@ -6,18 +6,12 @@ matplotlib needs 1.2 s of CPU to load and 0.4 s per picture; OpenCV is loaded an
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from .panel_style import CURVE, CURVE_WIDTH, HIDDEN_CURVE, PANEL, POINT_SIZE, SOLID, SOLID_OPACITY
-from .picture_scene import rgb
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from .picture_scene import PictureScene, View
+from .picture_scene import PictureScene, View, rgb
 
 MIN_BRIGHTNESS = 0.7
 """Brightness of a surface at a right angle to the viewer, relative to one that faces the viewer."""

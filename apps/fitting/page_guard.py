@@ -6,11 +6,9 @@ read a page and press its buttons.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Awaitable, Callable
+from typing import Any
 from urllib.parse import urlsplit
-
-if TYPE_CHECKING:
-    from collections.abc import Awaitable, Callable
 
 LOCAL_NAMES = ("127.0.0.1", "localhost", "::1")
 """Names under which a browser may reach the page, also through `ssh -L`."""

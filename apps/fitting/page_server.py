@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import contextlib
 import io
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator
+from typing import Any
 
 from eyehand.errors import InputError
 
 from .page_guard import guarded
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
 
 HOST = "127.0.0.1"
 """Address of the server. Only this machine can connect; from elsewhere use `ssh -L`."""

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 from xml.etree import ElementTree
 from xml.etree.ElementTree import SubElement
 
@@ -13,12 +14,8 @@ from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.data_synth import import_mujoco
 from eyehand.errors import DeviceError
+from eyehand.perception import Superquadric
 from eyehand.perception.superquadric import EDGE_EXPONENT
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from eyehand.perception import Superquadric
 
 WATER_DENSITY = 1000.0
 """Default density, kg/m³, as in MuJoCo."""

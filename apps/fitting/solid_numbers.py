@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.perception.superquadric import (
@@ -15,11 +16,6 @@ from eyehand.perception.superquadric import (
     Kind,
     Superquadric,
 )
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from numpy.typing import NDArray
 
 MIN_SIZE_MM = 2.0
 MAX_SIZE_RATIO = 2.5

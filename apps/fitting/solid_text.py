@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from eyehand.perception import Superquadric, SuperquadricFit
+from eyehand.perception.superquadric import Vessel
 
 from ..scene_json import fit_parts
-
-if TYPE_CHECKING:
-    from eyehand.perception import Superquadric, SuperquadricFit
-    from eyehand.perception.superquadric import Vessel
 
 MAX_NAMED_PARTS = 3
 """Maximum number of parts named. Further parts are counted."""

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.data_synth import import_mujoco
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 VISIBLE_GROUPS = 3
 """MuJoCo draws the geoms of groups below this number."""

@@ -20,7 +20,7 @@ from __future__ import annotations
 import time
 from dataclasses import asdict, dataclass, replace
 from functools import cache
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 from scipy.spatial.transform import RigidTransform, Rotation
@@ -30,28 +30,24 @@ from eyehand.data_synth.cell import (
     MAX_RANGE,
     ClutterFamily,
     ClutterView,
+    ClutterWorld,
     camera_pose,
     execute_grasp,
     make_clutter,
 )
 from eyehand.data_synth.render import add_dex_noise, open_renderer
-from eyehand.data_synth.scenes import Split, read_piece_objects, select_half
+from eyehand.data_synth.scenes import PieceObject, Split, read_piece_objects, select_half
 from eyehand.grasping import (
     CORRECTED_SCALE_ERROR,
+    Grasp,
     JawOptions,
     correct_depth,
     load_hand,
     plan_grasps,
 )
-from eyehand.perception import DepthFrame, perceive
+from eyehand.perception import DepthFrame, Scene, perceive
 
 from .grasp_failure import failure_cause, is_heavy, segment_truth
-
-if TYPE_CHECKING:
-    from eyehand.data_synth.cell import ClutterWorld
-    from eyehand.data_synth.scenes import PieceObject
-    from eyehand.grasping import Grasp
-    from eyehand.perception import Scene
 
 Noise = Literal["none", "dex"]
 MAX_FAILURES = 2

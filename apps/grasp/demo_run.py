@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Protocol, TypeAlias
+from typing import Protocol, TypeAlias
 
-from eyehand.grasping import ClearOptions, GraspOptions, clear_table
+from eyehand.data_synth.cell import SimRobot
+from eyehand.grasping import (
+    Cell,
+    ClearOptions,
+    CycleInfo,
+    GraspOptions,
+    PickReport,
+    SelectedGrasp,
+    clear_table,
+)
 
 from .bench.trial import GraspTrial, Scorer
 from .demo_record import DemoRecord, Recorder
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
-
-    from eyehand.data_synth.cell import SimRobot
-    from eyehand.grasping import Cell, CycleInfo, PickReport, SelectedGrasp
-
 
 FAILURES = 6
 """Default number of successive failed picks that ends a demo: about two per object."""

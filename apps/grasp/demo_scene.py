@@ -5,18 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 from difflib import get_close_matches
 from pathlib import Path
-from typing import TYPE_CHECKING, get_args
+from typing import get_args
 
 from eyehand.data_synth import read_ground_truth
-from eyehand.data_synth.scenes import MAX_OBJECTS
+from eyehand.data_synth.scenes import MAX_OBJECTS, MeshObject, TabletopObject
 from eyehand.errors import InputError
 
 from ..wording import counted
 from .mesh_scenes import ObjectSource, mesh_scene
 from .scenes import GraspFamily, grasp_scene
-
-if TYPE_CHECKING:
-    from eyehand.data_synth.scenes import MeshObject, TabletopObject
 
 DEFAULT_FAMILY: GraspFamily = "packed"
 """Family of the demo: several upright objects close together."""

@@ -4,17 +4,21 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 from scipy.spatial.transform import RigidTransform
 
 from eyehand.errors import InputError
-from eyehand.grasping import CORRECTED_SCALE_ERROR, correct_depth, plan_grasps
-from eyehand.perception import perceive
-
-if TYPE_CHECKING:
-    from eyehand.grasping import DepthCorrection, Grasp, GraspList, JawOptions, ParallelHand
-    from eyehand.perception import DepthFrame, Scene
+from eyehand.grasping import (
+    CORRECTED_SCALE_ERROR,
+    DepthCorrection,
+    Grasp,
+    GraspList,
+    JawOptions,
+    ParallelHand,
+    correct_depth,
+    plan_grasps,
+)
+from eyehand.perception import DepthFrame, Scene, perceive
 
 
 # Arrays have no truth value: equality is identity.

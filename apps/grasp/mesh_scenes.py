@@ -3,26 +3,18 @@
 from __future__ import annotations
 
 import colorsys
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.data_synth.cell import GraspCell
-from eyehand.data_synth.scenes import MeshObject, Split, read_objects, select_half
+from eyehand.data_synth.scenes import FolderObject, MeshObject, Split, read_objects, select_half
 from eyehand.errors import InputError
 
-from .scenes import PACKED_AREA, PACKED_GAP, WORK_AREA
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
-
-    from numpy.typing import NDArray
-
-    from eyehand.data_synth.scenes import FolderObject
-
-    from .scenes import GraspFamily
+from .scenes import PACKED_AREA, PACKED_GAP, WORK_AREA, GraspFamily
 
 MAX_PLACEMENTS = 300
 """Number of random positions tried for one object before the layout counts as full."""

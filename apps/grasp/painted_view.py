@@ -7,15 +7,12 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from .jaw_shapes import EDGES, FACES
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 FINER = 2
 """Enlargement at which the view is drawn. Its reduction smooths edges."""

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
 from eyehand.control import (
     Box,
     CollisionOptions,
     CollisionWorld,
+    ControlOptions,
     CoverOptions,
     Obstacle,
     RobotModel,
@@ -29,11 +30,6 @@ from .stress_trial import (
     motion_trial,
     simulate,
 )
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from eyehand.control import ControlOptions
 
 JUMP_PCT = 1.0
 """Relative change below which the gradient is smooth, %."""

@@ -3,15 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from ..bench import Experiment, ExperimentResult, result_table, run_experiment
+from ..bench import Experiment, ExperimentResult, TrialPlan, result_table, run_experiment
 from .fig1_picture import fig1_picture
 from .fig1_run import DEFAULT, fig1_faults, fig1_rows, run_fig1
 from .fig1_scene import fig1_scene
-
-if TYPE_CHECKING:
-    from ..bench import TrialPlan
 
 
 def experiment_fig1(*, out: Path = Path("out/experiment_fig1"), json: bool = False) -> int:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import numpy as np
 from cyclopts import Parameter
@@ -23,23 +24,17 @@ from ...bench import (
     FrontPlace,
     Measured,
     Method,
+    MethodResult,
     Provenance,
     check_chart_arguments,
     compare_methods,
 )
 from .baselines import BASELINES, find_baseline
-from .clouds import MESHES, Group, fit_case
+from .clouds import MESHES, FitCase, Group, fit_case
 from .comparison import baseline_fitter, own_fitter
 from .dials import BOARD, POINTS, SUPERQUADRIC_ONLY
-from .fit_answer import FAILED
+from .fit_answer import FAILED, FitAnswer
 from .mesh_cases import case_iou, mesh_cases
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from ...bench import MethodResult
-    from .clouds import FitCase
-    from .fit_answer import FitAnswer
 
 SIMPLE: tuple[Group, ...] = ("view-1mm", "view-2mm", "table")
 """Groups of solids of one part: single views with noise, as a robot gets them."""

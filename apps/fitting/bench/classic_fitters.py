@@ -9,17 +9,15 @@ solids end with a wrong z axis, even on whole surfaces without noise.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import least_squares
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.perception import Superquadric
 from eyehand.perception.superquadric import MAX_EXPONENT, MIN_EXPONENT
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 EXPONENTS = (0.1, 1.9)
 """Bounds of the exponents. Solina and Bajcsy use 0.1 to 1; the wider range includes pinched

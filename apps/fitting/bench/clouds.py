@@ -3,28 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal, get_args
+from typing import Literal, get_args
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.errors import InputError
-from eyehand.perception import Superquadric
+from eyehand.perception import FreeSpace, Superquadric
 from eyehand.perception.io import sample_triangles
-from eyehand.perception.superquadric import sample_surface
+from eyehand.perception.superquadric import Kind, sample_surface
 
 from .compound_solids import COMPOUNDS, face_normals, posed_compound
 from .odd_solids import DRAWERS, PosedSolid
 from .rendered_clouds import cloud_in_air, cloud_on_table, draw_from_above, random_rotation
-from .true_solid import true_kind
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from eyehand.perception import FreeSpace
-    from eyehand.perception.superquadric import Kind
-
-    from .true_solid import TrueSolid
+from .true_solid import TrueSolid, true_kind
 
 Group = Literal[
     "full",

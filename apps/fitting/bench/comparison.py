@@ -2,27 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from eyehand.errors import InputError
-from eyehand.perception import Superquadric, SuperquadricFit, fit_superquadric
+from eyehand.perception import FitOptions, Superquadric, SuperquadricFit, fit_superquadric
 
-from ...bench import Method
+from ...bench import Method, MethodResult
+from .baselines import Fitter
+from .clouds import FitCase
 from .fit_answer import FAILED, FitAnswer
 from .score import FitScore, score_fit
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from eyehand.perception import FitOptions
-
-    from ...bench import MethodResult
-    from .baselines import Fitter
-    from .clouds import FitCase
 
 OWN = "eyehand"
 """Name of our fit in rows and charts."""

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.perception import Superquadric
@@ -15,10 +16,8 @@ from eyehand.perception.superquadric import mesh, sample_surface
 from ...mesh_file import join_meshes
 from ...open3d_import import import_open3d
 
-if TYPE_CHECKING:
-    from numpy.typing import ArrayLike, NDArray
+Mesh = tuple[NDArray[np.float64], NDArray[np.int64]]
 
-    Mesh = tuple[NDArray[np.float64], NDArray[np.int64]]
 
 EDGE = 0.1
 """Exponent of sharp edges."""

@@ -19,22 +19,18 @@ a little away from 0 and 2. The surface area term is left out; the authors leave
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
+from eyehand.perception import Superquadric
 from eyehand.perception.superquadric import MAX_EXPONENT, MIN_EXPONENT
 
 from .classic_fitters import Cloud, normalised, principal_axes, radial_distances, solid_of
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from numpy.typing import NDArray
-
-    from eyehand.perception import Superquadric
 
 OUTLIER_PRIOR = 0.1
 """Prior probability of an outlier."""

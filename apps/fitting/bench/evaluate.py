@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, get_args
+from typing import Annotated, Any, get_args
 
 from cyclopts import Parameter
+from rich.table import Table
 
 from eyehand.errors import InputError
 from eyehand.perception import FitOptions
 
 from ...bench import (
+    Method,
     compare_methods,
     machine_line,
     result_table,
@@ -22,19 +25,11 @@ from ...perceived_frame import load_kernels
 from ...run_folder import claim_folder
 from ...wording import counted, seed_span
 from .baselines import find_baseline
-from .clouds import Group, fit_case
+from .clouds import FitCase, Group, fit_case
 from .comparison import OWN, baseline_fitter, case_rows, grade, own_fitter, summary_rows
 from .evaluate_meshes import evaluate_meshes
+from .fit_answer import FitAnswer
 from .mesh_options import MeshData
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from rich.table import Table
-
-    from ...bench import Method
-    from .clouds import FitCase
-    from .fit_answer import FitAnswer
 
 QUICK_CASES = 2
 MESH_BASELINES = ("ems",)

@@ -2,35 +2,29 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from rich.table import Table
 
 from eyehand.errors import InputError
+from eyehand.perception import FitOptions
 
 from ...bench import machine_line, result_table, write_csv
 from ...console import print_json, say, show, tracked
 from ...perceived_frame import load_kernels
 from ...run_folder import claim_folder
+from .baselines import Fitter
 from .comparison import OWN
 from .hidden_views import hide_in_turn
-from .household_meshes import read_household
+from .household_meshes import HouseholdMesh, read_household
+from .mesh_options import MeshData
 from .mesh_scenes import mesh_scenes
 from .mesh_summary import mesh_summary
-from .mesh_trials import scene_trials, view_trials
+from .mesh_trials import MeshTrial, scene_trials, view_trials
 from .mesh_views import mesh_views
 from .worst_fits import draw_worst
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-    from pathlib import Path
-
-    from rich.table import Table
-
-    from eyehand.perception import FitOptions
-
-    from .baselines import Fitter
-    from .household_meshes import HouseholdMesh
-    from .mesh_options import MeshData
-    from .mesh_trials import MeshTrial
 
 WORST = 12
 """Number of fits that are drawn."""

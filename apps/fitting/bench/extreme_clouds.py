@@ -10,11 +10,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform, Rotation
 
+from ...bench import Trial
 from ...bench.stress_case import StressCase
 from .clouds import POINTS
 from .stress_trial import (
@@ -26,13 +27,9 @@ from .stress_trial import (
 )
 from .stress_views import CloudView, moved, one_view, scaled, usual_solid
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
+Points = NDArray[np.float64]
+Extreme = StressCase[FitCallable]
 
-    from ...bench import Trial
-
-    Points = NDArray[np.float64]
-    Extreme = StressCase[FitCallable]
 
 COPIES = 100
 """Number of copies of repeated points."""

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import csv
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 from scipy.stats import qmc
 
@@ -17,14 +19,7 @@ from eyehand.perception.io import read_mesh, sample_triangles
 
 from ...open3d_import import import_open3d
 from .compound_solids import ray_scene
-from .mesh_classes import class_of, half_of, plain_name
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from numpy.typing import NDArray
-
-    from .mesh_classes import Half, MeshClass
+from .mesh_classes import Half, MeshClass, class_of, half_of, plain_name
 
 SUFFIXES = (".obj", ".stl", ".ply")
 COLLISION = "_collision"

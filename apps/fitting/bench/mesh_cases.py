@@ -2,27 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from eyehand.perception import PerceiveOptions, region_evidence
 
 from .clouds import MESHES, FitCase
+from .fit_answer import FitAnswer
 from .household_meshes import read_household
 from .mesh_score import mesh_ious
-from .mesh_views import mesh_views
+from .mesh_views import MeshView, PlacedMesh, mesh_views
 from .score import overlap
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from pathlib import Path
-
-    from numpy.typing import ArrayLike, NDArray
-
-    from .fit_answer import FitAnswer
-    from .mesh_views import MeshView, PlacedMesh
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,25 +3,24 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
-from eyehand.perception import FitOptions, PerceiveOptions, Superquadric, fit_region
+from eyehand.perception import (
+    FitOptions,
+    PerceiveOptions,
+    Superquadric,
+    SuperquadricFit,
+    fit_region,
+)
 
 from ...scene_json import fit_parts
 from .fit_answer import FAILED, is_doubted
+from .mesh_views import MeshView, PlacedMesh
 from .score import surface_points, union_distances
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from eyehand.perception import SuperquadricFit
-
-    from .mesh_views import MeshView, PlacedMesh
 
 DIRECTION_STEP = np.radians(10.0)
 """Angle between the closing directions that are compared, rad."""

@@ -2,20 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from .mesh_classes import CLASS_NAMES
-from .mesh_score import NOT_FOUND
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from .mesh_classes import MeshClass
-    from .mesh_score import MeshScore
+from .mesh_classes import CLASS_NAMES, MeshClass
+from .mesh_score import NOT_FOUND, MeshScore
 
 ALL, EVEN = "all", "even"
 """Names of the rows over all classes: every fit, or every class, has the same weight."""

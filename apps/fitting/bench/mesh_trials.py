@@ -3,27 +3,28 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
-from eyehand.perception import FitOptions, PerceiveOptions, SuperquadricFit, fit_region, perceive
+from eyehand.perception import (
+    FitOptions,
+    PerceiveOptions,
+    Scene,
+    SceneObject,
+    Superquadric,
+    SuperquadricFit,
+    fit_region,
+    perceive,
+)
 
 from ...scene_json import fit_parts
+from .baselines import Fitter
 from .fit_answer import FitAnswer
-from .mesh_score import NOT_FOUND, score_mesh_fit, score_parts
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from numpy.typing import NDArray
-
-    from eyehand.perception import Scene, SceneObject, Superquadric
-
-    from .baselines import Fitter
-    from .mesh_score import MeshScore
-    from .mesh_views import MeshView, PlacedMesh
+from .mesh_score import NOT_FOUND, MeshScore, score_mesh_fit, score_parts
+from .mesh_views import MeshView, PlacedMesh
 
 MIN_MATCH = 0.5
 """Minimum overlap of the pixels of an object and a found region for them to match."""

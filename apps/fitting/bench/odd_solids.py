@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.spatial.transform import RigidTransform
 
 from eyehand.data_synth.scenes import hull_mesh
-
-if TYPE_CHECKING:
-    from numpy.typing import ArrayLike, NDArray
-    from scipy.spatial.transform import RigidTransform
 
 AROUND = 180
 """Mesh points around a round solid. At 80 mm radius the error is 0.012 mm."""

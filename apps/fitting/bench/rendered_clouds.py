@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.data_synth import (
@@ -22,12 +21,7 @@ from eyehand.data_synth import (
 from eyehand.data_synth.scenes import camera_intrinsics
 from eyehand.errors import InputError
 from eyehand.perception import Superquadric
-from eyehand.perception.superquadric import MIN_EXPONENT
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from eyehand.perception.superquadric import Kind
+from eyehand.perception.superquadric import MIN_EXPONENT, Kind
 
 TABLE_KINDS: tuple[Kind, ...] = ("sphere", "cylinder", "ellipsoid", "box", "superquadric")
 """Kinds of objects on tables, drawn at random."""

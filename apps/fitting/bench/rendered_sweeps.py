@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.data_synth import ViewOptions, look_at
@@ -22,12 +23,8 @@ from .rendered_clouds import view_direction
 from .stress_trial import RIGHT, FitCallable, try_fit, try_stated_doubt
 from .stress_views import CloudView
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
+Mesh = tuple[NDArray[np.float64], NDArray[np.int64]]
 
-    from numpy.typing import ArrayLike, NDArray
-
-    Mesh = tuple[NDArray[np.float64], NDArray[np.int64]]
 
 MM = 1e-3
 EDGE = 0.05

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 CONTACT = 0.003
 """Vertices of the hull within this distance of a face touch the table with it, m. The bottoms of

@@ -2,25 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.stats import qmc
 
 from eyehand.perception.io import sample_triangles
 
 from ...open3d_import import import_open3d
 from .compound_solids import mesh_area, ray_scene
-from .true_solid import convex_parts, surface_mesh
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from .true_solid import TrueSolid
+from .true_solid import TrueSolid, convex_parts, surface_mesh
 
 SAMPLES_LOG2 = 15
 """Binary logarithm of the number of points of an IoU. The standard error of an IoU of 0.998 is

@@ -6,23 +6,19 @@ import time
 import warnings
 from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
 from eyehand.perception import FitOptions, Superquadric, fit_superquadric
 from eyehand.perception.superquadric import mesh
 
 from ...bench import Trial
+from .baselines import Fitter
 from .fit_answer import FAILED, FitAnswer
 from .score import overlap
 from .stress_views import CloudView
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from .baselines import Fitter
 
 RIGHT = 0.75
 """IoU from which a fit is right: a hand can close around such a solid without early contact."""

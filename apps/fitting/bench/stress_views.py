@@ -3,20 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial import KDTree
+from scipy.spatial.transform import RigidTransform
 
 from eyehand.perception import FreeSpace, Superquadric, perpendicular_pair
 
 from .clouds import DEFAULT_NOISE, POINTS, fit_case, visible_points
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-    from scipy.spatial.transform import RigidTransform
-
-    from .true_solid import TrueSolid
+from .true_solid import TrueSolid
 
 GRID_SIDE = 35
 """Rays along a side of the grid of a free space."""

@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Protocol
+from collections.abc import Sequence
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from eyehand.perception import Superquadric
-from eyehand.perception.superquadric import mesh
+from eyehand.perception.superquadric import Kind, mesh
 
 from .compound_solids import CompoundSolid
 from .odd_solids import PosedSolid
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    import numpy as np
-    from numpy.typing import ArrayLike, NDArray
-
-    from eyehand.perception.superquadric import Kind
 
 SHARP = 0.1
 """Exponent up to which an edge is sharp: its corner lies within 5 % of the half diagonal of the

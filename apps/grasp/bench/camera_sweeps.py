@@ -2,30 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.control import CollisionWorld, PlannedApproach
 from eyehand.control.tasks import Posture
-from eyehand.data_synth.cell import GraspCell
+from eyehand.data_synth.cell import GraspCell, SimRobot
 from eyehand.data_synth.scenes import look_at
-from eyehand.grasping import execute
+from eyehand.grasping import PickOptions, execute
+from eyehand.perception import DepthFrame
 
 from ...bench.sweep import Sweep, Trial
 from .shape_sweeps import MM, PLACED
 from .stress_objects import can_on_table
 from .stress_trial import StressCell, stress_cell
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from eyehand.data_synth.cell import SimRobot
-    from eyehand.grasping import PickOptions
-    from eyehand.perception import DepthFrame
 
 PLACED_OR_REFUSED = f"{PLACED}; if nothing is visible, a refusal without motion"
 """The requirement of sweeps that take the view away."""

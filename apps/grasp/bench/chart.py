@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -19,13 +20,8 @@ from .jobs import Condition, Family, run_grasp_trial
 from .row_store import PICK
 from .run_inputs import checked_machines, checked_scenes, trial_extras
 from .stored_run import RunPlan, exit_code, flat_rows, print_run_json, run_plan
-from .summary import by_row
+from .summary import Record, by_row
 from .summary_table import grasp_table
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from .summary import Record
 
 OUT = Path("out/chart_grasp")
 """Parent of the default output folders."""

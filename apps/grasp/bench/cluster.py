@@ -7,14 +7,12 @@ import logging
 import re
 import secrets
 import threading
-from typing import TYPE_CHECKING, Any
+from collections.abc import Generator, Mapping, Sequence
+from typing import Any
 
 from eyehand.errors import DeviceError, InputError
 
 from .jobs import RunTrial, SceneJob, SceneOutcome, attempt
-
-if TYPE_CHECKING:
-    from collections.abc import Generator, Mapping, Sequence
 
 CONNECT_S = 10.0
 """Time limit for the answer of the scheduler, s."""

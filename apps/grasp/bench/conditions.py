@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Sequence
 from itertools import product
 from pathlib import Path
-from typing import TYPE_CHECKING, get_args
+from typing import get_args
 
 from eyehand.errors import InputError
 
 from .jobs import Condition, Family
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
 
 FAMILIES: tuple[Family, ...] = get_args(Family)
 HARD_FRICTION, HARD_SHAKE_S = 0.6, 2.0

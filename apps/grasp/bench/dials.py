@@ -5,16 +5,13 @@ A trial stores only the names. It is then one line of text that means the same o
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 from eyehand.errors import InputError
 from eyehand.grasping import PickOptions
 from eyehand.perception import FitOptions, PerceiveOptions, SegmentationOptions
 from eyehand.perception.segmentation import FRONT_FORMAT, STORED_FRONT
-
-if TYPE_CHECKING:
-    from collections.abc import Collection
 
 DEFAULT = "default"
 """Name of the default setting in both tables."""

@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.spatial.transform import RigidTransform
+
+from eyehand.grasping import Phase, PickOptions
+from eyehand.perception import DepthFrame, Scene, SceneObject
 
 from ...bench.sweep import Sweep, Trial
 from .shape_sweeps import MM, PLACED
 from .stress_objects import can_on_table
 from .stress_trial import StressCell, stress_cell
-
-if TYPE_CHECKING:
-    from eyehand.grasping import Phase, PickOptions
-    from eyehand.perception import DepthFrame, Scene, SceneObject
 
 BASE = np.array([0.0, -0.58])
 """Position of the robot base, (2,), m."""

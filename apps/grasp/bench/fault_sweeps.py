@@ -2,27 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from eyehand.data_synth import import_mujoco
+from eyehand.data_synth.cell import SimRobot
+from eyehand.grasping import HandCommand, PickOptions, RobotReading
 
 from ...bench.sweep import Sweep, Trial
 from .event_sweeps import PHASE_RANGE, PHASES, disturbed
 from .stress_objects import can_on_table
 from .stress_trial import StressCell, stress_cell
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-
-    from numpy.typing import NDArray
-
-    from eyehand.data_synth.cell import SimRobot
-    from eyehand.grasping import HandCommand, PickOptions, RobotReading
 
 NAN = float("nan")
 UNSTABLE_FORCE_N = 1e13

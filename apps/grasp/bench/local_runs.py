@@ -12,18 +12,15 @@ import signal
 import threading
 import time
 from collections import Counter, deque
+from collections.abc import Generator, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from multiprocessing import connection, get_context
-from typing import TYPE_CHECKING
+from multiprocessing.connection import Connection
+from multiprocessing.context import SpawnProcess
 
 from ...process_end import end_with_parent
 from .jobs import RunTrial, SceneJob, SceneOutcome, attempt
-
-if TYPE_CHECKING:
-    from collections.abc import Generator, Iterator, Sequence
-    from multiprocessing.connection import Connection
-    from multiprocessing.context import SpawnProcess
 
 MAX_DEATHS = 3
 """Number of dead processes after which a scene is left to another run."""

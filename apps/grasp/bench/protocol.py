@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from importlib import metadata
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -21,10 +23,6 @@ from .jobs import SceneJob
 from .local_runs import run_here
 from .protocol_settings import ProtocolSettings
 from .protocol_table import PUBLISHED, calibration_table, failure_line, protocol_table
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-    from pathlib import Path
 
 BINS = 5
 """Number of bins of the predicted probability, with equally many grasps."""

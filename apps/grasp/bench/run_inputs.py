@@ -7,24 +7,20 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from eyehand.data_synth.scenes import Split
 from eyehand.errors import InputError
 
 from ...bench.machine import core_count
 from ..robot_choice import RobotChoice
 from .cluster import check_address
 from .conditions import folder_digest, source_digest
+from .jobs import Condition, Family
 from .robot_digest import robot_digest
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from eyehand.data_synth.scenes import Split
-
-    from .jobs import Condition, Family
 
 MAX_OBJECTS = 15
 """Maximum number of objects on the table."""

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from functools import partial
-from typing import TYPE_CHECKING
+
+from eyehand.data_synth.scenes import TabletopObject
+from eyehand.grasping import PickOptions
 
 from ...bench.sweep import Sweep, Trial
 from .stress_objects import object_on_table
 from .stress_trial import StressOutcome, stress_cell
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from eyehand.data_synth.scenes import TabletopObject
-    from eyehand.grasping import PickOptions
 
 PLACED = "in the tray at the end"
 """The default requirement of a trial."""

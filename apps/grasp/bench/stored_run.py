@@ -2,29 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 from eyehand.apps.console import print_json, say, tracked
 from eyehand.errors import DeviceError
 
 from ...bench.machine import machine_line
 from .cluster import run_on_cluster
-from .jobs import scene_jobs
+from .jobs import Condition, RunTrial, SceneJob, scene_jobs
 from .local_runs import run_here
-from .row_store import FAULT, SCENE, open_rows
-from .run_inputs import default_folder, run_options
-from .summary import summary_rows
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-    from pathlib import Path
-
-    from .jobs import Condition, RunTrial, SceneJob
-    from .row_store import RowStore
-    from .run_inputs import Machines
-    from .summary import Record
+from .row_store import FAULT, SCENE, RowStore, open_rows
+from .run_inputs import Machines, default_folder, run_options
+from .summary import Record, summary_rows
 
 
 @dataclass(frozen=True)

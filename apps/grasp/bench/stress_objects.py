@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.data_synth.scenes import TabletopObject
-from eyehand.perception.superquadric import Superquadric
-
-if TYPE_CHECKING:
-    from eyehand.perception.superquadric import Kind
+from eyehand.perception.superquadric import Kind, Superquadric
 
 EXPONENTS: dict[Kind, tuple[float, float]] = {
     "box": (0.1, 0.1),

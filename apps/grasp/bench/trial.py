@@ -3,24 +3,29 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from eyehand.data_synth import DepthNoise
 from eyehand.data_synth.cell import INCLUDED_ARM, GraspRobot, GraspWorld, SimRobot, make_robot
+from eyehand.data_synth.scenes import MeshObject, Split, TabletopObject
 from eyehand.grasping import (
     Cell,
     ClearOptions,
+    ClearReport,
     CycleInfo,
     GraspOptions,
     GraspPurpose,
+    PickOptions,
+    PickReport,
+    SelectedGrasp,
     Tray,
     clear_table,
 )
-from eyehand.perception import perceive
+from eyehand.perception import DepthFrame, PerceiveOptions, Scene, perceive
 
 from ..ground_truth_scene import ground_truth_scene
 from ..mesh_scenes import ObjectSource, mesh_scene
@@ -31,13 +36,6 @@ from .displacement import Displacement
 from .pick_row import PickRow
 from .predicted_hold import predicted_hold
 from .unattempted import UnattemptedObject, unattempted_objects
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Sequence
-
-    from eyehand.data_synth.scenes import MeshObject, Split, TabletopObject
-    from eyehand.grasping import ClearReport, PickOptions, PickReport, SelectedGrasp
-    from eyehand.perception import DepthFrame, PerceiveOptions, Scene
 
 SETTLE_SECONDS = 0.3
 """Waiting time before the first capture, s. Dropped objects come to rest."""
