@@ -5,12 +5,9 @@ from __future__ import annotations
 import ctypes
 import importlib
 import sys
-from typing import TYPE_CHECKING
+from types import ModuleType
 
 from eyehand.errors import DeviceError
-
-if TYPE_CHECKING:
-    from types import ModuleType
 
 DEBIAN_PACKAGES = "libgl1 libegl1 libx11-6 libidn2-0 libgomp1"
 """Debian packages with the system libraries that open3d's wheel links to but does not carry."""

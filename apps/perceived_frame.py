@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from eyehand.grasping import GraspOptions, GraspPlan, select_prototype
 from eyehand.perception import (
@@ -19,9 +19,6 @@ from eyehand.perception import (
 )
 
 from .console import say
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 CAMERA_UP = (0.0, -1.0, 0.0)
 """Up direction in the camera frame when neither gravity nor a camera pose is known."""

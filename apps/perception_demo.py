@@ -5,15 +5,15 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from eyehand.data_synth import DepthNoise, TabletopOptions, make_scene, render_frame
 from eyehand.errors import InputError
 from eyehand.grasping import GraspOptions, GraspPurpose
-from eyehand.perception import read_frame
+from eyehand.perception import DepthFrame, read_frame
 
 from .console import print_json, say, show
 from .output_files import write_perceived_frame, write_picture
@@ -24,11 +24,6 @@ from .scene_table import scene_rows, scene_table
 from .segmentation.score import SegmentationScore, score_segmentation
 from .synth import MAX_OBJECTS
 from .usable_frame import check_usable
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from eyehand.perception import DepthFrame
 
 SAMPLE = Path(__file__).parent / "sample" / "depth.png"
 """Sample frame in the package, made by `eyehand synth`."""

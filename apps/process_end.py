@@ -7,11 +7,9 @@ import os
 import signal
 import sys
 import threading
+from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
+from typing import Any
 
 PR_SET_PDEATHSIG = 1
 """Option of Linux' `prctl`: the signal that a process gets when its parent ends."""

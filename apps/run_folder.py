@@ -4,12 +4,9 @@ from __future__ import annotations
 
 import fcntl
 import os
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 from eyehand.errors import InputError
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 _held: dict[tuple[int, int], int] = {}
 """Device and inode of a folder → the descriptor that holds its lock, in this process."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal, cast
+from typing import Literal, cast
 
 import numpy as np
 from rich.table import Table
@@ -15,7 +15,10 @@ from eyehand.data_synth import (
     Family,
     FurnishedFamily,
     FurnishedOptions,
+    FurnishedScene,
+    TabletopObject,
     TabletopOptions,
+    TabletopScene,
     make_furnished_scene,
     make_scene,
     render_scene,
@@ -33,9 +36,6 @@ from eyehand.data_synth.scenes import (
 from eyehand.errors import InputError
 
 from .console import print_json, say, show
-
-if TYPE_CHECKING:
-    from eyehand.data_synth import FurnishedScene, TabletopObject, TabletopScene
 
 OBJECTS = 5
 """Default number of objects on a plain table."""

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from eyehand.errors import InputError
 
 from .array_checks import checked_array
 from .braking_kernels import brake_command
-from .control_step import ControlStep, control_step
+from .collision_world import CollisionWorld
+from .control_step import ControlStep, Phase, Status, control_step
 from .cycle import ControlCycle
+from .motion_steps import CycleResult
 from .options import ControlOptions
 from .posture_checks import jump_reason, posture_fault
 from .progress import Progress
@@ -26,19 +28,10 @@ from .retreat import (
     RETREAT_SPEED,
     retreat_configurations,
 )
+from .robot_state import RobotState
 from .stuck_reason import why_stuck
 from .tasks.posture import Posture
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from .collision_world import CollisionWorld
-    from .control_step import Phase, Status
-    from .motion_steps import CycleResult
-    from .robot_state import RobotState
-    from .tasks.task import Task
+from .tasks.task import Task
 
 TOO_NEAR = 1e-3
 """Violation of the margin that is reported, m. Smaller ones are errors of linearisation."""

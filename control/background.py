@@ -4,19 +4,14 @@ from __future__ import annotations
 
 import copy
 import sys
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 from .collision_world import CollisionWorld
 from .mujoco_binding import mujoco
 from .proximity_tables import kernel_arguments
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from concurrent.futures import Future
-
-    from .search import SearchResult
+from .search import SearchResult
 
 SWITCH_INTERVAL = 1e-4
 """Time after which Python hands over to a waiting thread, s. At Python's default of 5 ms, the

@@ -21,15 +21,13 @@ grow. So there is always an accepted command, and it keeps every limit (:func:`j
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from .packed_options import DAMPER, DT, LIMIT_MARGIN
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 LOWER, UPPER, SPEED, ACCELERATION, JERK = range(5)
 """Columns of the joint limits (n, 5)."""

@@ -3,19 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from eyehand.errors import InputError
 
-from .mujoco_binding import mujoco
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from .mujoco_binding import Model
-    from .robot_model import RobotModel
+from .mujoco_binding import Model, mujoco
+from .robot_model import RobotModel
 
 _NO_DISTANCE = (int(mujoco.mjtGeom.mjGEOM_HFIELD), int(mujoco.mjtGeom.mjGEOM_SDF))
 

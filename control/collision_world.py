@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.spatial.transform import RigidTransform
 
 from eyehand.errors import InputError
 
@@ -18,18 +20,9 @@ from .proximity import Proximity, proximity_of
 from .proximity_kernels import near_pairs, pair_distance
 from .proximity_tables import ProximityTables, kernel_arguments, shape_row
 from .robot_model import RobotModel
-from .shapes import ConvexMesh, check_pose, checked_obstacles
+from .shapes import ConvexMesh, Obstacle, Shape, check_pose, checked_obstacles
 from .sphere_cover import cover_geoms
 from .world_spec import build_world, fill_slot
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from numpy.typing import ArrayLike, NDArray
-    from scipy.spatial.transform import RigidTransform
-
-    from .shapes import Obstacle, Shape
-
 
 SLOTS = 16
 """Number of prepared geoms for obstacles. When they are all in use, the world is compiled again

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from .kinematics_kernels import set_posture
 from .proximity_kernels import NEAR_COLUMNS, measure_near, update_held_geoms
 from .proximity_tables import World, nearer
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 CHECK_STEP = 0.02
 """Distance between two checked configurations of an edge, m: the sum of each joint's motion times

@@ -2,30 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, cast
+from typing import cast
 
 import numpy as np
+from numpy.typing import NDArray
 
+from .collision_world import CollisionWorld
 from .cycle_kernels import control_cycle
 from .motion_steps import CycleResult, motion_in_steps
 from .mujoco_binding import mujoco
+from .options import ControlOptions
 from .packed_options import pack_options
-from .proximity_tables import kernel_arguments
+from .proximity_tables import ProximityTables, kernel_arguments
 from .safety import blocking_names
 from .tasks.kernel_task import FIELDS
+from .tasks.posture import Posture
 from .tasks.registry import pack_tasks
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from .collision_world import CollisionWorld
-    from .options import ControlOptions
-    from .proximity_tables import ProximityTables
-    from .tasks.posture import Posture
-    from .tasks.task import Task
+from .tasks.task import Task
 
 
 class ControlCycle:

@@ -3,21 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform, Rotation
 
-from .collision_pairs import are_connected
-from .shapes import check_body
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from .collision_pairs import CollisionGeoms
-    from .mujoco_binding import Model
-    from .robot_model import RobotModel
-    from .shapes import Shape
+from .collision_pairs import CollisionGeoms, are_connected
+from .mujoco_binding import Model
+from .robot_model import RobotModel
+from .shapes import Shape, check_body
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,17 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from .kinematics_kernels import point_jacobian, set_posture
 from .tasks.kernel_task import TASK_ROWS, Frame, Output
 from .tasks.registry import MISFIT, evaluate_task
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 ITERATIONS = 60
 """Maximum number of Newton steps from one seed."""

@@ -2,23 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from eyehand.control import ApproachController
+from eyehand.control import ApproachController, Relaxation
 
-from .fig1_scene import BETAS, TIME_LIMIT, fig1_options, fig1_scene
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from eyehand.control import Relaxation
-
-    from .fig1_scene import Fig1Scene
+from .fig1_scene import BETAS, TIME_LIMIT, Fig1Scene, fig1_options, fig1_scene
 
 MIDCOURSE = (0.2, 0.8)
 """Progress along the straight path, from 0 to 1, that counts as mid-course. No path can change the

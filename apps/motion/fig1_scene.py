@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
 from eyehand.control import (
@@ -19,9 +19,6 @@ from eyehand.control import (
 )
 from eyehand.control.tasks import Position
 from eyehand.data_synth import PLANAR_ARM, TOOL_SITE
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 BETAS: tuple[Relaxation, ...] = (0.0, 0.5, 1.0, 2.0, 5.0, "dynamic")
 """Compared weights of avoidance: none, fixed, and the dynamic weight of eq. 10."""

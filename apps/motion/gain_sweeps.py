@@ -5,15 +5,16 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 from functools import lru_cache
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.control import (
     ApproachController,
     Box,
     CollisionWorld,
+    ControlOptions,
     Obstacle,
     RobotModel,
     Sphere,
@@ -25,11 +26,6 @@ from eyehand.errors import InputError
 
 from ..bench import Sweep, Trial
 from .stress_trial import MotionFigures, lbr_world, motion_trial, simulate
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from eyehand.control import ControlOptions
 
 BETA = 5.0
 """Fixed weight of avoidance in these sweeps: the largest of Fig. 1."""

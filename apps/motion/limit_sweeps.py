@@ -4,22 +4,17 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import lru_cache, partial
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform, Rotation
 
-from eyehand.control import nominal_motion, safe_motion
-from eyehand.control.tasks import AxisAlignment, Pose, Position
+from eyehand.control import CollisionWorld, ControlOptions, RobotState, nominal_motion, safe_motion
+from eyehand.control.tasks import AxisAlignment, Pose, Position, Task
 
 from ..bench import Sweep, Trial
 from .stress_trial import lbr_world
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from eyehand.control import CollisionWorld, ControlOptions, RobotState
-    from eyehand.control.tasks import Task
 
 LimitMethod = Literal["clamp", "cost", "safety"]
 """``clamp``: joint angles are clipped to their limits. ``cost``: also, the null space of the tasks

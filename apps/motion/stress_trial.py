@@ -2,24 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
-from eyehand.control import ApproachController, CollisionWorld, ControlOptions, RobotModel
+from eyehand.control import (
+    ApproachController,
+    CollisionWorld,
+    ControlOptions,
+    ControlStep,
+    Obstacle,
+    RobotModel,
+)
+from eyehand.control.tasks import Task
 from eyehand.data_synth import LBR_ARM, TOOL_SITE
 
 from ..bench import Trial
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Sequence
-
-    from numpy.typing import NDArray
-
-    from eyehand.control import ControlStep, Obstacle
-    from eyehand.control.tasks import Task
-
 
 MARGIN_TOLERANCE_M = 5e-4
 """Allowed violation of a distance margin, m: the error of linearisation within a cycle."""

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable
 
 from ..bench import Sweep, Trial
 from .self_agreement import disturbed_frame, self_agreement
 from .stress_trial import SegmentCallable, TrialPicture, timed_segment
 from .synthetic_frames import EMPTY_FAMILIES, FAMILIES, synthetic_sources
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 SHARES = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0)
 """Shares of the readings that move, %."""

@@ -2,16 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
+from numpy.typing import NDArray
 
-from eyehand.data_synth.scenes import BACKGROUND_LEGEND
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from eyehand.data_synth.scenes import BackgroundKind
+from eyehand.data_synth.scenes import BACKGROUND_LEGEND, BackgroundKind
 
 
 def false_kinds(

@@ -2,33 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
+import numpy as np
 from cyclopts import Parameter
+from numpy.typing import NDArray
 
 from eyehand.apps.perceived_frame import load_kernels
 from eyehand.apps.run_folder import claim_folder
-from eyehand.perception import segment
+from eyehand.perception import DepthFrame, SegmentationOptions, segment
 from eyehand.perception.segmentation import FRONT_FORMAT, STORED_FRONT
 
 from ..bench import ChartWords, DialChart, FrontPlace, Method, Provenance, check_chart_arguments
+from ..bench.dials import DialSetting
 from .baselines import BASELINES, Baseline
 from .comparison import compare_segmentations
 from .dials import BOARD
 from .kinds import SYNTHETIC_SOURCE, KindFrame, KindOptions, open_kinds
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    import numpy as np
-    from numpy.typing import NDArray
-
-    from eyehand.perception import DepthFrame, SegmentationOptions
-
-    from ..bench.dials import DialSetting
 
 OWN = "eyehand"
 """Name of our method in the chart."""

@@ -2,29 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from eyehand.apps.console import tracked
+from eyehand.perception import DepthFrame
 from eyehand.perception.io import naming
 
 from ..bench import Measured, Method, compare_methods
-from .kinds import Score, score_by_kind, worst_kinds_mean
+from .kinds import JudgedFrame, KindFrame, Score, score_by_kind, worst_kinds_mean
 
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+SegmentationMethod = Method[DepthFrame, NDArray[np.int32]]
+NamedFrame = tuple[str, JudgedFrame]
 
-    from numpy.typing import NDArray
-
-    from eyehand.perception import DepthFrame
-
-    from .kinds import JudgedFrame, KindFrame
-
-    SegmentationMethod = Method[DepthFrame, NDArray[np.int32]]
-    NamedFrame = tuple[str, JudgedFrame]
 
 FIGURES: tuple[str, ...] = ("worst_kinds_pct", "all_kinds_pct")
 """Mean score of the three worst kinds, and of all kinds."""

@@ -2,18 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
+from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from .baseline_tabletop import STEP_SHARE, finish, spread
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from .baseline_tabletop import Tabletop
+from .baseline_tabletop import STEP_SHARE, Tabletop, finish, spread
 
 CONVEX_ANGLE = 0.17
 """Patches whose normals differ by less are one surface, rad (10°, from Stein et al.)."""

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from eyehand.data_synth import read_labels
 from eyehand.data_synth.scenes import (
@@ -31,11 +33,6 @@ from eyehand.perception.io import (
 )
 
 from .osd import looks_like_osd, osd_group, osd_objects
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from numpy.typing import NDArray
 
 Coding = Literal["plain", "osd"]
 """Coding of a label image, see :class:`DatasetOptions`."""

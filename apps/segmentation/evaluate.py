@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from cyclopts import Parameter
@@ -34,9 +35,6 @@ from .scored_frames import (
     summary_rows,
 )
 from .synthetic_frames import FurnishedContents, synthetic_sources
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
 
 SYNTHETIC = "synthetic"
 """Value of --dataset for synthetic frames."""

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from eyehand.apps.console import print_json, say, show, tracked
+from eyehand.perception import SegmentationOptions
 
 from ..bench import machine_line, write_csv
 from ..bench.experiment import markdown_table, result_table
@@ -17,12 +20,6 @@ from ..run_folder import claim_folder
 from .kinds import KindFrame, KindOptions, Score, open_kinds, score_by_kind, worst_kinds_mean
 from .scored_frames import timed_segment
 from .self_agreement import disturbed_frame, self_agreement
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from pathlib import Path
-
-    from eyehand.perception import SegmentationOptions
 
 KINDS_FILE, FRAMES_FILE, TABLE_FILE = "kinds.csv", "frames.csv", "kinds.md"
 WORST, MEAN = "mean of the three worst", "mean of all kinds"

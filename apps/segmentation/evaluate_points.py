@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, get_args
+from pathlib import Path
+from typing import Any, get_args
 
 import numpy as np
 
 from eyehand.apps.console import print_json, say, show, tracked
-from eyehand.perception import segment
+from eyehand.perception import SegmentationOptions, segment
 
 from ..bench import machine_line, write_csv
 from ..bench.experiment import markdown_table, result_table
@@ -18,12 +20,6 @@ from ..run_folder import claim_folder
 from ..usable_frame import check_usable
 from .point_frames import PointFrame, Verdict, frames_by_camera, read_point_frames, score_points
 from .self_agreement import NOISE_SEED, disturbed_frame, self_agreement
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from pathlib import Path
-
-    from eyehand.perception import SegmentationOptions
 
 FRAMES_FILE, TOTALS_FILE = "frames.csv", "totals.md"
 TOTAL, DEPTH, COLOUR = "total", "depth", "colour"

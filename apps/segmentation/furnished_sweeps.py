@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.spatial.transform import RigidTransform, Rotation
@@ -11,6 +10,8 @@ from scipy.spatial.transform import RigidTransform, Rotation
 from eyehand.data_synth import FurnishedOptions, FurnishedScene, make_furnished_scene, render_scene
 from eyehand.data_synth.render import capture
 from eyehand.data_synth.scenes import (
+    Fixture,
+    FurnishedFamily,
     TabletopObject,
     ViewOptions,
     camera_intrinsics,
@@ -24,9 +25,6 @@ from .camera_sweeps import COLOURS, MM
 from .dataset import slivers
 from .score import score_segmentation
 from .stress_trial import BASE_NOISE, SegmentCallable, TrialPicture, timed_segment, try_frame
-
-if TYPE_CHECKING:
-    from eyehand.data_synth.scenes import Fixture, FurnishedFamily
 
 GREY, WOOD = (0.55, 0.55, 0.56), (0.62, 0.5, 0.37)
 MIN_HEAP_F = 0.75

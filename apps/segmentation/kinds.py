@@ -8,28 +8,23 @@ share of right objects of annotated ones.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 from cyclopts import Parameter
+from numpy.typing import NDArray
 
 from eyehand.errors import InputError
+from eyehand.perception import DepthFrame
 
 from .dataset import Coding, DatasetOptions, FrameSource, open_dataset
 from .point_frames import PointFrame, frames_by_camera, read_point_frames, score_points
 from .score import score_segmentation
 from .synthetic_frames import FAMILIES, synthetic_sources
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from numpy.typing import NDArray
-
-    from eyehand.perception import DepthFrame
 
 SYNTHETIC_FRAMES = 6
 """Default number of scenes per synthetic family."""

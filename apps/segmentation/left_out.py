@@ -7,8 +7,10 @@ each is scaled down and up, and the value with the best mean score of the other 
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -21,15 +23,9 @@ from ..bench.experiment import markdown_table, result_table
 from ..output_files import write_text
 from ..perceived_frame import load_kernels
 from ..run_folder import claim_folder
-from .kinds import KindFrame, KindOptions, open_kinds, score_by_kind
+from .kinds import JudgedFrame, KindFrame, KindOptions, open_kinds, score_by_kind
 from .labelled_edges import LabelledEdges, edges_right, fit_log_odds, labelled_edges
 from .tuned_constants import OTHERS, Constant, log_odds, replaced
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-    from pathlib import Path
-
-    from .kinds import JudgedFrame
 
 FACTORS = (0.75, 1.33)
 """Factors of each constant in the search."""

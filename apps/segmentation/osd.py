@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING
 
 import numpy as np
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
+from numpy.typing import NDArray
 
 OSD_OBJECT = 10
 """In the Object Segmentation Database object k and its parts have labels 10 k to 10 k + 9, from

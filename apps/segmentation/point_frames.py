@@ -7,23 +7,18 @@ has points on each visible part. Points on the background and boxes to ignore co
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Literal
+from pathlib import Path
+from typing import Any, Literal
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from eyehand.errors import InputError
-from eyehand.perception import read_frame
+from eyehand.perception import DepthFrame, read_frame
 from eyehand.perception.io import read_bytes
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from pathlib import Path
-
-    from numpy.typing import NDArray
-
-    from eyehand.perception import DepthFrame
 
 POINTS_FILE, DEPTH_FILE, COLOUR_FILE = "points.json", "depth.png", "colour.jpg"
 """Names of the files in the folder of each frame. The colour image is optional."""

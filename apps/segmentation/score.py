@@ -9,17 +9,14 @@ Both Modes", CoRL 2020, and "Unseen Object Instance Segmentation for Robotic Env
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 from scipy import ndimage
 from scipy.optimize import linear_sum_assignment
 
 from eyehand.errors import InputError
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 FOUND_F = 0.75
 """F of an object above which it counts as found (%75 in the literature)."""

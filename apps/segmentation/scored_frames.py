@@ -3,28 +3,22 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from eyehand.data_synth.scenes import BACKGROUND_LEGEND
-from eyehand.perception import segment
+from eyehand.data_synth.scenes import BACKGROUND_LEGEND, BackgroundKind
+from eyehand.perception import DepthFrame, Segmentation, SegmentationOptions, segment
 from eyehand.perception.io import naming
 
 from ..bench.peak_memory import peak_megabytes
 from ..usable_frame import check_usable
 from .background_kinds import false_kinds
+from .dataset import FrameSource
 from .score import SegmentationScore, score_segmentation
 from .self_agreement import disturbed_frame, self_agreement
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
-
-    from eyehand.data_synth.scenes import BackgroundKind
-    from eyehand.perception import DepthFrame, Segmentation, SegmentationOptions
-
-    from .dataset import FrameSource
 
 MEMORY_FRAMES = 2
 """Number of frames per group whose peak memory is measured. It hardly differs between frames."""

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 from pathlib import Path
-from typing import TYPE_CHECKING, get_args
+from typing import get_args
 
 import numpy as np
 
@@ -15,22 +16,19 @@ from eyehand.data_synth import (
     Family,
     FurnishedFamily,
     FurnishedOptions,
+    FurnishedScene,
+    RenderedView,
     TabletopOptions,
+    TabletopScene,
     make_furnished_scene,
     make_scene,
     render_scene,
 )
 from eyehand.data_synth.render import SENSORS, DepthSensor, axial_sigma, capture, sensor_of
-from eyehand.data_synth.scenes import read_objects
+from eyehand.data_synth.scenes import FolderObject, read_objects
 from eyehand.errors import InputError
 
 from .dataset import FrameSource, LabelledFrame, slivers
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from eyehand.data_synth import FurnishedScene, RenderedView, TabletopScene
-    from eyehand.data_synth.scenes import FolderObject
 
 EMPTY, EMPTY_BIN = "empty", "empty-bin"
 """Names of the families of tables and of bins without objects."""

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import exp
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.control import ControlOptions, Proximity, RobotModel, safe_motion, solve_stack
@@ -18,21 +20,15 @@ from eyehand.data_synth.pad import (
     SENSORS,
     Arm,
     PadOptions,
+    PadSample,
     PadScene,
     PadSimulation,
+    SensorModel,
     padded_arm,
     run_bench,
 )
 from eyehand.errors import InputError
-from eyehand.tactile import FeatureReader, calibrate, world_twist
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from numpy.typing import NDArray
-
-    from eyehand.data_synth.pad import PadSample, SensorModel
-    from eyehand.tactile import ContactFeatures, FeatureOptions
+from eyehand.tactile import ContactFeatures, FeatureOptions, FeatureReader, calibrate, world_twist
 
 CYCLE = 1.0 / CONTROL_RATE
 """Control period, s."""

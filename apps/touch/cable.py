@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-from ..bench import Experiment, ExperimentResult, result_table
+from ..bench import Experiment, ExperimentResult, TrialPlan, result_table
 from ..console import tracked
+from .arm_rig import SensorName
 from .cable_picture import cable_picture
 from .cable_run import cable_row, run_cable, speed_row
 from .trial_arguments import TrialArguments, run_trials
-
-if TYPE_CHECKING:
-    from ..bench import TrialPlan
-    from .arm_rig import SensorName
 
 WANTED_MM = {0.05: 0.5, 0.2: 1.3}
 """Speed along the cable, m/s → rms error that the path should stay below, mm."""

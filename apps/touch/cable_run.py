@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial import KDTree
 from scipy.spatial.transform import RigidTransform
 
@@ -23,11 +25,6 @@ from .arm_rig import CYCLE, ArmRig, RigOptions, SensorName, home_pose
 from .cable_shapes import CABLE_RADIUS, SPACING, CableShape, cable_shape
 from .commissioning import commissioned
 from .start_posture import facing_down, start_posture
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
 
 FORCE = 2.0
 """Force on the cable, N."""

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from eyehand.data_synth.pad import TactileReadout, run_bench
-from eyehand.tactile import FeatureReader, calibrate, calibrate_linear
+from eyehand.tactile import FeatureReader, TactileArray, calibrate, calibrate_linear
 
 from .feature_comparison import error_spread
 from .imprints import imprints
-
-if TYPE_CHECKING:
-    from eyehand.tactile import TactileArray
 
 
 def calibration_rows(array: TactileArray, count: int, seed: int) -> list[dict[str, Any]]:

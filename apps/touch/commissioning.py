@@ -3,20 +3,14 @@
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.spatial.transform import RigidTransform
 
 from eyehand.data_synth.pad import SENSORS, Foam, PlacedObject, pad_scene, toy_box
-from eyehand.tactile import ServoOptions, identify_timing
+from eyehand.tactile import ServoOptions, Timing, identify_timing
 
-from .arm_rig import CYCLE, ArmRig, RigOptions, home_pose
-
-if TYPE_CHECKING:
-    from eyehand.tactile import Timing
-
-    from .arm_rig import SensorName
+from .arm_rig import CYCLE, ArmRig, RigOptions, SensorName, home_pose
 
 SEED = 20000
 """Seed of the pad that is commissioned: no experiment uses it."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from typing import TYPE_CHECKING
+from collections.abc import Callable
 
 import numpy as np
 from scipy.spatial.transform import RigidTransform
@@ -13,9 +13,6 @@ from eyehand.tactile import ServoGoal, TactileServo, TouchPhases
 
 from .arm_rig import CYCLE, ArmRig, home_pose
 from .servo_run import run_servo
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 CYCLES = 2000
 """Number of calls that are timed one by one. The result is their median."""

@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-from ..bench import Experiment, ExperimentResult, result_table
+from ..bench import Experiment, ExperimentResult, TrialPlan, result_table
+from .arm_rig import SensorName
 from .edge_picture import edge_picture
 from .edge_run import edge_row, mean_row, run_edge
 from .trial_arguments import TrialArguments, run_trials
-
-if TYPE_CHECKING:
-    from ..bench import TrialPlan
-    from .arm_rig import SensorName
 
 
 def experiment_edge(arguments: TrialArguments | None = None) -> int:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.data_synth.pad import PlacedObject, box_edge, pad_scene
@@ -13,11 +15,6 @@ from eyehand.tactile import PRESETS, ServoGoal, TactileServo, TouchPhases
 
 from .arm_rig import CYCLE, ArmRig, RigOptions, SensorName, home_pose
 from .commissioning import commissioned
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
 
 FORCE = 3.0
 """Force on the edge, N. It gives about 2 kPa on the narrow imprint."""

@@ -4,19 +4,15 @@ from __future__ import annotations
 
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from eyehand.perception.io import write_cloud
 
-from ..bench import Experiment, ExperimentResult, result_table, run_experiment
+from ..bench import Experiment, ExperimentResult, TrialPlan, result_table, run_experiment
 from .arm_rig import SensorName
 from .explore_picture import explore_picture
 from .explore_run import MAX_TILT_DEG, run_explore
 from .explore_truth import explore_rows
 from .trial_arguments import measure_with
-
-if TYPE_CHECKING:
-    from ..bench import TrialPlan
 
 WANTED_MM = 0.3
 """Rms error that the cloud should stay below, mm."""

@@ -3,21 +3,15 @@
 from __future__ import annotations
 
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, KDTree
 
-from eyehand.data_synth.pad import surface_distance, top_surface
+from eyehand.data_synth.pad import TouchObject, surface_distance, top_surface
 
-from .explore_run import MAX_TILT_DEG
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from eyehand.data_synth.pad import TouchObject
-
-    from .explore_run import ExploreRun
+from .explore_run import MAX_TILT_DEG, ExploreRun
 
 GRID = 0.002
 """Grid spacing of the true surface from above, m."""

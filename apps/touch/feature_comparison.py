@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from eyehand.tactile import (
     Calibration,
@@ -22,14 +23,7 @@ from eyehand.tactile import (
     long_axis,
 )
 
-from .imprints import NOISE, THRESHOLD, imprints
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from .imprints import Imprint
+from .imprints import NOISE, THRESHOLD, Imprint, imprints
 
 HOUGH_ANGLES, HOUGH_SHARES = (36, 90, 180, 360, 720), (0.0, 0.25, 0.5)
 """Numbers of Hough directions, and thresholds of voting tactels as fractions of the peak. The

@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from eyehand.tactile import TactileArray
 
-from ..bench import Experiment, ExperimentResult, machine_line, result_table, run_experiment
+from ..bench import (
+    Experiment,
+    ExperimentResult,
+    TrialPlan,
+    machine_line,
+    result_table,
+    run_experiment,
+)
 from .calibration_comparison import calibration_rows
 from .feature_chart import feature_chart
 from .feature_comparison import centre_rows, direction_rows, lines_and_probes, reading_rows
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from ..bench import TrialPlan
 
 UNITS = {"orientation": "deg", "centre": "mm", "calibration": "mm"}
 """Feature → unit of its error."""

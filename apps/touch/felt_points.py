@@ -3,18 +3,13 @@
 from __future__ import annotations
 
 from functools import cache
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
-from eyehand.data_synth.pad import CELLS_PER_TACTEL, spread_weights
+from eyehand.data_synth.pad import CELLS_PER_TACTEL, Foam, spread_weights
 from eyehand.errors import InputError
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from eyehand.data_synth.pad import Foam
-    from eyehand.tactile import TactileImage
+from eyehand.tactile import TactileImage
 
 MIN_PRESSURE = 200.0
 """Minimum pressure of a point, Pa, slightly above the sensor's lower limit. A lower pressure may

@@ -2,21 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable
 
-from eyehand.data_synth.pad import pen, soft_ball, toy_box
+from eyehand.data_synth.pad import TouchObject, pen, soft_ball, toy_box
 from eyehand.tactile import PhaseOptions, TouchPhases
 
-from ..bench import as_sweep
+from ..bench import Sweep, Trial, as_sweep
 from .stress_trial import CALM_CONTACT, hold_contact, servo_phases
 from .stress_world import CarriedPad, Electronics
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from eyehand.data_synth.pad import TouchObject
-
-    from ..bench import Sweep, Trial
 
 UNCAPPED = 1e3
 """Press gain far above the stability limit, 1/s. The loop gain is then the chosen fraction of the

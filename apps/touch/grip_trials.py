@@ -3,20 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
-from eyehand.data_synth.pad import IMAGE_RATE, HeldObject, HeldSimulation
-from eyehand.tactile import FrictionPull, GripReading, LoadGrip, SlipGrip
+from eyehand.data_synth.pad import IMAGE_RATE, HeldObject, HeldSimulation, SensorModel
+from eyehand.tactile import FrictionPull, GripLaw, GripReading, LoadGrip, SlipGrip
 
 from .slip_trials import GRAVITY
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from eyehand.data_synth.pad import SensorModel
-    from eyehand.tactile import GripLaw
 
 LAWS = (
     "constant",

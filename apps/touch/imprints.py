@@ -2,21 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.special import ndtr
 
 from eyehand.errors import InputError
-from eyehand.tactile import TactileImage
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from numpy.typing import NDArray
-
-    from eyehand.tactile import TactileArray
+from eyehand.tactile import TactileArray, TactileImage
 
 SPREAD = 0.0025
 """Standard deviation of the Gaussian by which the foam spreads a point force, m."""

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.data_synth.pad import PlacedObject, pad_scene, tilted_face
@@ -15,11 +17,6 @@ from eyehand.tactile import PRESETS, ServoGoal, TactileServo, TouchPhases
 from .arm_rig import ArmRig, RigOptions, SensorName, home_pose
 from .commissioning import commissioned
 from .servo_run import ServoRun, run_servo
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
 
 TILT = np.radians(6.0)
 """Angle between pad and face at the landing, rad."""

@@ -2,26 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 from cyclopts import Parameter
 
 from eyehand.errors import InputError
 
-from ..bench import Experiment, ExperimentResult, result_table, run_experiment
+from ..bench import Experiment, ExperimentResult, TrialPlan, result_table, run_experiment
 from ..console import tracked
 from .arm_rig import SensorName
 from .seek_picture import seek_picture
 from .seek_run import run_seek, seek_row, spot_rows
 from .seek_shapes import SHAPES
 from .trial_arguments import measure_with
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from ..bench import TrialPlan
 
 QUICK_SHAPES = ("box", "ridge", "prism")
 """Objects of a first look."""

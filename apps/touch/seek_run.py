@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.data_synth.pad import PlacedObject, pad_scene
@@ -22,11 +24,6 @@ from eyehand.tactile import (
 from .arm_rig import CYCLE, ArmRig, RigOptions, SensorName, home_pose
 from .commissioning import commissioned
 from .seek_shapes import SHAPES, SeekShape
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
 
 PRESSURE = 1000.0
 """Goal of the mean pressure over the imprint, Pa."""

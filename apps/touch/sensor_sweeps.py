@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from eyehand.data_synth.pad import SensorModel, pen, soft_ball
 from eyehand.errors import InputError
 from eyehand.tactile import FeatureOptions
 
-from ..bench import Trial, as_sweep
+from ..bench import Sweep, Trial, as_sweep
 from .stress_trial import CALM_CONTACT, hold_contact, servo_phases
 from .stress_world import CarriedPad, Electronics
-
-if TYPE_CHECKING:
-    from ..bench import Sweep
 
 FAULTS = (0.0, 2.0, 5.0, 10.0, 15.0, 20.0, 24.0, 26.0, 30.0, 50.0, 75.0, 95.0, 100.0)
 """Percentages of faulty tactels. The phase machine rejects a pad from 25 % on. A pad without any

@@ -2,21 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
-from .arm_rig import CYCLE
+from eyehand.tactile import TouchPhases
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from numpy.typing import NDArray
-
-    from eyehand.tactile import TouchPhases
-
-    from .arm_rig import ArmRig
+from .arm_rig import CYCLE, ArmRig
 
 
 @dataclass(frozen=True)

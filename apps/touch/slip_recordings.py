@@ -6,22 +6,18 @@ about 100 Hz, one of seven classes for each recording.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.special import softmax
 from scipy.stats import rankdata
 
 from eyehand.errors import InputError
 
 from .slip_network import train_network
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-    from pathlib import Path
-
-    from numpy.typing import NDArray
 
 CLASSES = ("n", "e", "s", "w", "cw", "aw", "t")
 """Folders: slip in four directions, two rotations, and touch without slip."""

@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
-from eyehand.data_synth.pad import IMAGE_RATE, HeldObject, HeldSimulation
+from eyehand.data_synth.pad import IMAGE_RATE, HeldObject, HeldSimulation, SensorModel
 from eyehand.tactile import SlipState
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
+Drive = Callable[[float], tuple[float, NDArray[np.float64], float]]
 
-    from numpy.typing import NDArray
-
-    from eyehand.data_synth.pad import SensorModel
-
-    Drive = Callable[[float], tuple[float, NDArray[np.float64], float]]
 
 SECONDS, SETTLED = 0.55, 0.2
 """Length of a trial, and the time from which alarms count, s. The weight acts within 0.1 s."""

@@ -2,19 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform, Rotation
 
-from eyehand.control import solve_stack
+from eyehand.control import RobotModel, solve_stack
 from eyehand.control.tasks import Pose
 from eyehand.errors import InputError
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from eyehand.control import RobotModel
 
 STEPS = 4000
 """Number of cycles after which a pose counts as out of reach, equal to 40 s."""

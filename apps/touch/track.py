@@ -3,24 +3,21 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import TYPE_CHECKING
 
 from ..bench import (
     Experiment,
     ExperimentResult,
+    TrialPlan,
     machine_line,
     result_table,
     write_csv,
 )
 from ..console import tracked
+from .arm_rig import SensorName
 from .cycle_time import cycle_times
 from .track_picture import track_picture, track_points
 from .track_trial import OBJECTS, track_once, track_rows
 from .trial_arguments import TrialArguments, run_trials
-
-if TYPE_CHECKING:
-    from ..bench import TrialPlan
-    from .arm_rig import SensorName
 
 SECONDS, QUICK_SECONDS = 20.0, 2.0
 """Length of the evaluated time series after convergence, s. The chapter takes 20 s."""

@@ -2,26 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
 from eyehand.data_synth.pad import IMAGE_RATE, PlacedObject, pad_scene, pen, soft_ball, toy_box
 from eyehand.errors import DeviceError
 from eyehand.tactile import ServoGoal, TactileServo, TouchPhases
 
-from .arm_rig import ArmRig, RigOptions, home_pose
+from .arm_rig import ArmRig, RigOptions, SensorName, home_pose
 from .commissioning import commissioned
 from .servo_run import ServoRun, run_servo
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from .arm_rig import SensorName
 
 OBJECTS = {"Rigid pen": pen, "Toy box": toy_box, "Soft ball": soft_ball}
 """Functions that build the objects, by their names in the chapter's Table 1."""

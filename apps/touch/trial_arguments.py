@@ -6,15 +6,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 from cyclopts import Parameter
 
-from ..bench import run_experiment
+from ..bench import Experiment, ExperimentResult, TrialPlan, run_experiment
 from .arm_rig import SensorName
-
-if TYPE_CHECKING:
-    from ..bench import Experiment, ExperimentResult, TrialPlan
 
 
 @Parameter(name="*")
