@@ -2,20 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from eyehand.errors import InputError
 
 from .array_checks import checked_array
-from .mujoco_binding import mujoco
+from .mujoco_binding import Model, mujoco
 from .robot_source import ACCELERATION_NUMERIC, JERK_NUMERIC, SPEED_NUMERIC
-
-if TYPE_CHECKING:
-    from numpy.typing import ArrayLike, NDArray
-
-    from .mujoco_binding import Model
 
 DEFAULT_TURN_SPEED = 1.5
 """Speed limit of a hinge joint without one, rad/s. Light arms reach it in every joint."""

@@ -4,16 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
+from .robot_model import RobotModel
 from .tasks.task import DEFAULT_LINEAR_SPEED
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from .robot_model import RobotModel
 
 SPEED_FRACTION = 0.7
 """Fraction of the joint speed limits that a path uses. The rest is needed to catch up."""

@@ -3,30 +3,24 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .approach import counted
+from .collision_world import CollisionWorld
 from .configuration_space import Motion, Space, clearance_at
 from .inverse_kinematics import Solutions, solve_tasks
 from .joint_path import SPEED_FRACTION, JointPath
 from .mujoco_binding import address, mujoco
+from .options import ControlOptions
 from .proximity_tables import World
 from .retreat import retreat_configurations
 from .tasks.registry import pack_tasks
-from .tasks.task import DEFAULT_LINEAR_SPEED
+from .tasks.task import DEFAULT_LINEAR_SPEED, Task
 from .tree_kernels import connect, shorten
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from .collision_world import CollisionWorld
-    from .options import ControlOptions
-    from .tasks.task import Task
 
 SEEDS = 40
 """Number of seeds of the inverse kinematics."""

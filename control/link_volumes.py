@@ -3,22 +3,16 @@
 from __future__ import annotations
 
 from itertools import product
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from eyehand.errors import InputError
 
 from .array_checks import read_only
-from .mujoco_binding import mujoco
+from .mujoco_binding import Model, mujoco
 from .robot_model import RobotModel
-from .robot_source import read_robot
-
-if TYPE_CHECKING:
-    from numpy.typing import ArrayLike, NDArray
-
-    from .mujoco_binding import Model
-    from .robot_source import Source
+from .robot_source import Source, read_robot
 
 CIRCLE_POINTS = 16
 """Points around each end of a cylinder. They lie outside it, so that their hull contains it."""

@@ -6,29 +6,25 @@ for the cycles in which the kernel has no result (:mod:`cycle_kernels`).
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .braking import brake_from, command_rows
+from .collision_world import CollisionWorld
 from .cycle_kernels import CENTRING_POWER, limit_frame_speed, towards
+from .options import ControlOptions
+from .proximity import Proximity
 from .relaxation import relaxed_rate
 from .repulsion import limited_gradient
+from .robot_state import RobotState
 from .safety import safe_motion
 from .stack import solve_stack
 from .tasks.joint_centring import centring_slope
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from .collision_world import CollisionWorld
-    from .options import ControlOptions
-    from .proximity import Proximity
-    from .robot_state import RobotState
-    from .tasks.task import Task, TaskRows
+from .tasks.task import Task, TaskRows
 
 
 class CycleResult(NamedTuple):

@@ -2,33 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .approach import ApproachController
 from .background import Worker, WorldState
-from .control_step import control_step
+from .collision_world import CollisionWorld
+from .control_step import ControlStep, control_step
 from .cycle import ControlCycle
+from .joint_path import JointPath
 from .joint_planner import find_path
 from .options import ControlOptions
 from .planner_options import PlannerOptions
-from .search import search_again, search_first
+from .search import SearchResult, search_again, search_first
 from .tasks.posture import Posture
-from .tasks.task import DEFAULT_LINEAR_SPEED
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from numpy.typing import NDArray
-
-    from .collision_world import CollisionWorld
-    from .control_step import ControlStep
-    from .joint_path import JointPath
-    from .search import SearchResult
-    from .tasks.task import Task
+from .tasks.task import DEFAULT_LINEAR_SPEED, Task
 
 LOOK_AHEAD = 0.12
 """Time on the path between the robot and the point that it heads for, s. A longer one cuts corners

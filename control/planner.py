@@ -10,28 +10,22 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .approach import ApproachController, counted
+from .collision_world import CollisionWorld
 from .joint_path import JointPath, resample_path
 from .joint_planner import find_path
+from .options import ControlOptions
 from .planner_options import PlannerOptions
 from .retreat import RETREAT_SECONDS, RETREAT_SPEED, retreat_configurations
 from .tasks.position import Position
 from .tasks.posture import Posture
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from .collision_world import CollisionWorld
-    from .options import ControlOptions
-    from .tasks.task import Task
-
+from .tasks.task import Task
 
 MAX_GUESS_STEP = math.pi
 """Maximum norm of the joint step that estimates where the frame ends, rad or m. Beyond half a turn

@@ -8,18 +8,22 @@ entries of a row are the products of the wrench with the joint axes.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numba import njit
 
 from .distance_kernels import TOUCHING_M, gap, measure, measure_apart
 from .kinematics_kernels import set_posture
 from .mujoco_binding import address
-from .proximity_tables import BOUND, HALF, HELD_AXES, HELD_BODY, HELD_GEOM, HELD_POSITION, World
-
-if TYPE_CHECKING:
-    from .proximity_tables import ProximityTables
+from .proximity_tables import (
+    BOUND,
+    HALF,
+    HELD_AXES,
+    HELD_BODY,
+    HELD_GEOM,
+    HELD_POSITION,
+    ProximityTables,
+    World,
+)
 
 NEAR_COLUMNS = 14
 """Columns of the array that `measure_near` fills."""

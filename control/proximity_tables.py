@@ -4,17 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
-from .mujoco_binding import address
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from .mujoco_binding import Data, Model
+from .mujoco_binding import Data, Model, address
 
 KIND, BOUND, MIDDLE, HALF, SIZE = 0, 1, 2, 5, 8
 """Columns of :attr:`ProximityTables.shapes`."""

@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
+from .options import ControlOptions
 from .packed_options import BETA, pack_options
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from .options import ControlOptions
-    from .tasks.task import TaskRows
+from .tasks.task import TaskRows
 
 MAX_BETA = 1.0
 """Upper limit of a dynamic β. At this limit avoidance acts at full strength."""

@@ -3,20 +3,16 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from eyehand.errors import InputError
 
+from .options import ControlOptions
 from .packed_options import DT, ETA, INFLUENCE, pack_options
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from .options import ControlOptions
-    from .proximity import Proximity
+from .proximity import Proximity
 
 ROUNDING = 1e-9
 """Maximum relative excess over the stable gain, because the error message prints only three

@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
+from numpy.typing import NDArray
 
+from .robot_model import RobotModel
 from .tasks.task import DEFAULT_LINEAR_SPEED
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from .robot_model import RobotModel
 
 AT_RETREAT_GOAL = 0.1
 """Maximum norm of the joint differences at which a retreat ends, rad. It need not be exact."""

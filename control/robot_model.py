@@ -4,30 +4,24 @@ from __future__ import annotations
 
 import copy
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from eyehand.errors import InputError
 
 from .array_checks import checked_array, read_only
 from .joint_defaults import SCALAR_JOINTS, home_posture, joint_acceleration, joint_speed
 from .kinematics_kernels import frame_state
-from .mujoco_binding import address, mujoco
-from .robot_source import compile_spec, read_robot
+from .mujoco_binding import Data, Model, Spec, address, mujoco
+from .robot_source import Source, compile_spec, read_robot
 from .robot_state import RobotState
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from pathlib import Path
+_Array = NDArray[np.float64]
+_FrameArrays = tuple[NDArray[np.bool_], _Array, _Array, _Array, _Array]
 
-    from numpy.typing import ArrayLike, NDArray
-
-    from .mujoco_binding import Data, Model, Spec
-    from .robot_source import Source
-
-    _Array = NDArray[np.float64]
-    _FrameArrays = tuple[NDArray[np.bool_], _Array, _Array, _Array, _Array]
 
 _ORIGIN = np.zeros(3)
 

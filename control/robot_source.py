@@ -5,15 +5,12 @@ from __future__ import annotations
 import os
 import re
 import xml.etree.ElementTree as ElementTree
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from eyehand.errors import InputError, named_files
 
 from .mujoco_binding import Model, Spec, mujoco
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
 
 PACKAGE = "package://"
 """Start of a path in a ROS package."""

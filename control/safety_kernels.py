@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from .packed_options import DAMPER, DT, MARGIN
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 SLACK = 1e-9
 """Maximum violation that counts as rounding, rad/s or m/s."""

@@ -2,30 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .approach import counted
-from .joint_path import resample_path
+from .collision_world import CollisionWorld
+from .joint_path import JointPath, resample_path
 from .joint_planner import find_path
+from .options import ControlOptions
 from .planner import plan, predict
+from .planner_options import PlannerOptions
 from .tasks.axis_alignment import AxisAlignment
 from .tasks.look_at import LookAt
 from .tasks.orientation import Orientation
-from .tasks.task import DEFAULT_LINEAR_SPEED
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from .collision_world import CollisionWorld
-    from .joint_path import JointPath
-    from .options import ControlOptions
-    from .planner_options import PlannerOptions
-    from .tasks.task import Task
+from .tasks.task import DEFAULT_LINEAR_SPEED, Task
 
 DETOUR = 1.3
 """A motion without planning is accepted if it takes at most this factor times the time on a

@@ -4,18 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import ConvexHull, QhullError
 from scipy.spatial.transform import RigidTransform
 
 from eyehand.errors import InputError
 
 from .array_checks import checked_array, read_only
-
-if TYPE_CHECKING:
-    from numpy.typing import ArrayLike, NDArray
 
 MIN_SIZE_M = 1e-6
 """Minimum size of a shape, m. A smaller one is probably a mistake of units."""

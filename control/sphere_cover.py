@@ -2,19 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
-from .mujoco_binding import mujoco
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from .collision_options import CoverOptions
-    from .mujoco_binding import Model
+from .collision_options import CoverOptions
+from .mujoco_binding import Model, mujoco
 
 
 def cover_geoms(

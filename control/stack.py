@@ -3,21 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from eyehand.errors import InputError
 
 from .stack_kernels import Levels, solve_levels
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from .tasks.task import TaskRows
+from .tasks.task import TaskRows
 
 
 @dataclass(frozen=True)

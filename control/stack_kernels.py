@@ -10,13 +10,11 @@ singular values.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
+from numpy.typing import NDArray
 
 LOST = 1e-7
 """Minimum singular value with a direction. The vector of a smaller one is rounding error."""

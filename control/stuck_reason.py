@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
+from .motion_steps import CycleResult
+from .options import ControlOptions
+from .robot_state import RobotState
 from .stack import solve_stack
-
-if TYPE_CHECKING:
-    from .motion_steps import CycleResult
-    from .options import ControlOptions
-    from .robot_state import RobotState
-    from .tasks.task import Task
+from .tasks.task import Task
 
 MAX_MISSING_RATE = 0.5
 """Maximum fraction of the rate of a task that the stack may miss without obstacles. If it misses

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from .mujoco_binding import mujoco
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from .mujoco_binding import Data, Model
-    from .robot_model import RobotModel
+from .mujoco_binding import Data, Model, mujoco
+from .robot_model import RobotModel
 
 MAX_POINTS = 400
 """Maximum number of points of a visual mesh that are checked, evenly chosen from its vertices."""

@@ -6,20 +6,15 @@ A primitive shape is written into a prepared geom, a slot, without a new compila
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from .mujoco_binding import mujoco
+from .mujoco_binding import Data, Model, Spec, mujoco
 from .robot_source import compile_spec
-from .shapes import Box, Capsule, ConvexMesh, Cylinder, Ellipsoid, Sphere
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from .mujoco_binding import Data, Model, Spec
-    from .shapes import Shape
+from .shapes import Box, Capsule, ConvexMesh, Cylinder, Ellipsoid, Shape, Sphere
 
 CCD_TOLERANCE = 1e-12
 """Tolerance of MuJoCo's general convex distance, m. At its default of 1e-6, normals inside

@@ -4,17 +4,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from .inputs import check_gain_and_speed, number, origin, store, tangents, unit, vector
 from .kernel_task import FIELDS, SPEED, KernelTask, moved_point
 from .task import DEFAULT_GAIN, DEFAULT_LINEAR_SPEED
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 MIN_DISTANCE = 1e-9
 """Minimum distance with a direction, m. The direction of a smaller one is rounding error."""

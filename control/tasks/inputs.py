@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.errors import InputError
 
 from ..array_checks import checked_array, read_only
-
-if TYPE_CHECKING:
-    from numpy.typing import ArrayLike, NDArray
 
 MIN_LENGTH = 1e-12
 """Minimum length of a direction. The direction of a shorter vector is rounding error."""

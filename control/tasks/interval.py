@@ -4,20 +4,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from eyehand.errors import InputError
 
-from .task import TaskRows
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from ..robot_state import RobotState
-    from .task import Task
+from ..robot_state import RobotState
+from .task import Task, TaskRows
 
 
 @dataclass(frozen=True, eq=False)

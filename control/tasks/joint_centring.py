@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from eyehand.errors import InputError
 
@@ -15,9 +16,6 @@ from .inputs import check_gain_and_speed, check_joint_count, store, vector
 from .kernel_task import FIELDS, SPEED, KernelTask
 from .posture import joint_rows
 from .task import DEFAULT_GAIN, DEFAULT_TURN_SPEED
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 
 @njit(cache=True)

@@ -9,19 +9,15 @@ for one task. The control cycle calls the same kernel through :mod:`registry`.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+from collections.abc import Callable
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
+from ..robot_state import RobotState
 from .task import TaskRows
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from numpy.typing import NDArray
-
-    from ..robot_state import RobotState
 
 KIND, GAIN, SPEED, BOUNDED, LOW, HIGH, POINT, FIELDS = 0, 1, 2, 3, 4, 5, 6, 9
 """Columns of a packed task: kind (see :mod:`registry`), gain, speed, 1 if the task is inside an

@@ -4,19 +4,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from .direction import direction_rows, polar_row
 from .inputs import check_gain_and_speed, number, origin, store, tangents, unit, vector
 from .interval import bound
 from .kernel_task import FIELDS, GAIN, SPEED, KernelTask, moved_point
 from .task import DEFAULT_GAIN, DEFAULT_TURN_SPEED
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 MIN_TARGET_DISTANCE = 1e-3
 """Minimum distance to the target, m. Nearer, the task has no rows: a millimetre of motion would

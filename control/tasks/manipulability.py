@@ -8,20 +8,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from eyehand.errors import InputError
 
+from ..robot_state import RobotState
 from .inputs import check_gain_and_speed, number, origin, store, vector
 from .interval import bounded
 from .task import DEFAULT_GAIN, TaskRows
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from ..robot_state import RobotState
 
 DEFAULT_GROWTH = 1.0
 """Default speed limit of the value, multiples of the goal per second. With the default gain, the

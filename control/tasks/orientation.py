@@ -4,18 +4,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
+import numpy as np
 from numba import njit
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from .inputs import check_gain_and_speed, rotation, store
 from .kernel_task import FIELDS, SPEED, KernelTask
 from .task import DEFAULT_GAIN, DEFAULT_TURN_SPEED
-
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-    from scipy.spatial.transform import Rotation
 
 HALF_TURN_TOLERANCE = 1e-9
 """Tolerance of half a turn. A quaternion (w, v) beyond half a turn has w < 0. Down to minus this

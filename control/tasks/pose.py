@@ -4,19 +4,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
+from scipy.spatial.transform import RigidTransform
 
 from .inputs import check_gain_and_speed, origin, rotation, store, transform, vector
 from .kernel_task import FIELDS, GAIN, SPEED, KernelTask, moved_point
 from .orientation import rotation_rows
 from .task import DEFAULT_GAIN, DEFAULT_LINEAR_SPEED, DEFAULT_TURN_SPEED
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-    from scipy.spatial.transform import RigidTransform
 
 
 @njit(cache=True)

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
+import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from .inputs import check_gain_and_speed, check_joint_count, store, vector
 from .kernel_task import FIELDS, SPEED, KernelTask
 from .task import DEFAULT_GAIN, DEFAULT_TURN_SPEED
-
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
 
 
 @njit(cache=True)

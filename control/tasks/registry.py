@@ -7,10 +7,11 @@ register it here: its class at the end of `KERNEL_TASKS`, its kernel in `_rows` 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from .axis_alignment import AxisAlignment, axis_alignment_rows
 from .distance import (
@@ -28,13 +29,7 @@ from .plane import PointOnPlane, point_on_plane_rows
 from .pose import Pose, pose_rows
 from .position import Position, position_rows
 from .posture import Posture, posture_rows
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from .task import Task
+from .task import Task
 
 KERNEL_TASKS: tuple[type[KernelTask], ...] = (
     Position,

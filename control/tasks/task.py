@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from eyehand.errors import InputError
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from ..robot_state import RobotState
+from ..robot_state import RobotState
 
 DEFAULT_GAIN = 8.0
 """Default commanded velocity per error, 1/s: a small error falls by 95 % in 0.4 s. From the default

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ..mujoco_import import import_mujoco
-from .grasp_cell import STEEL
-
-if TYPE_CHECKING:
-    from .grasp_cell import GraspCell
+from .grasp_cell import STEEL, GraspCell
 
 SLICES = 56
 """Facets of round geoms. A 120 mm ball is exact to 0.1 mm, a twentieth of the camera's noise. The

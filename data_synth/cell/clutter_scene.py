@@ -2,22 +2,18 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal
+from collections.abc import Sequence
+from typing import Literal
 
 import numpy as np
 from scipy.spatial.transform import RigidTransform, Rotation
 
+from eyehand.grasping.hands import ParallelHand
 from eyehand.perception import CameraIntrinsics
 
+from ..scenes.piece_object import PieceObject
 from ..scenes.viewpoint import look_at
 from .clutter_world import WORKSPACE, ClutterWorld
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from eyehand.grasping.hands import ParallelHand
-
-    from ..scenes.piece_object import PieceObject
 
 ClutterFamily = Literal["packed", "pile"]
 ClutterView = Literal["side", "top"]

@@ -6,24 +6,19 @@ one is in MuJoCo. The world's origin is the middle of the workspace on the table
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform, Rotation
 
+from eyehand.grasping.hands import ParallelHand
+
 from ..mujoco_import import import_mujoco
-from ..scenes.piece_object import PHYSICS_GROUP, add_piece_object, set_grip_contact
+from ..scenes.piece_object import PHYSICS_GROUP, PieceObject, add_piece_object, set_grip_contact
 from .floating_hand import AXES, FINGERS, PALM, add_floating_hand
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from eyehand.grasping.hands import ParallelHand
-
-    from ..scenes.piece_object import PieceObject
 
 WORKSPACE = 0.3
 """Side of the workspace, m."""

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from .grasp_world import ROBOT_PREFIX
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from .grasp_world import GraspWorld
+from .grasp_world import ROBOT_PREFIX, GraspWorld
 
 _ROBOT = 0
 _PEDESTAL = "pedestal"

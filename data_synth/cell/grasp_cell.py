@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.errors import InputError
@@ -13,14 +14,9 @@ from eyehand.perception import CameraIntrinsics
 
 from ..mujoco_import import import_mujoco
 from ..scenes.tabletop_options import TabletopOptions
-from ..scenes.tabletop_scene import Table
+from ..scenes.tabletop_scene import Family, Table
 from ..scenes.tabletop_spec import SLIDING_FRICTION
 from ..scenes.viewpoint import look_at
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from ..scenes.tabletop_scene import Family
 
 WORK_AREA_M = (0.42, 0.37)
 """Objects lie inside this rectangle in the middle of the table. Everywhere in it the hand can point

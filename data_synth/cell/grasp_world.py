@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import copy
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from eyehand.errors import InputError
 
@@ -18,11 +20,6 @@ from .cell_appearance import add_cell_visuals
 from .grasp_cell import GraspCell
 from .grasp_robot import GraspRobot
 from .spec_assembly import match_options, set_base
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
 
 STEP_S = 0.002
 """Physics step, s: longer steps lose held objects."""

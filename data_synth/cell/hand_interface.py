@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from eyehand.errors import InputError
 from eyehand.grasping import HandCommand
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from eyehand.grasping.hands import AnyCommand
+from eyehand.grasping.hands import AnyCommand
 
 
 def checked_values(command: HandCommand, drives: tuple[str, ...]) -> NDArray[np.float64]:

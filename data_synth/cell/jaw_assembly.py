@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from .jaw_mechanism import make_servo
+from .jaw_mechanism import JawMechanism, make_servo
 from .pad_friction import SLIDING_FRICTION, SPIN_FRICTION_M
-
-if TYPE_CHECKING:
-    from .jaw_mechanism import JawMechanism
 
 TOOL_FRAME = "eyehand_tool"
 """Site of the tool frame that is added to a gripper."""

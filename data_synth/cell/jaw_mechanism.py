@@ -8,9 +8,10 @@ at each step. So linkages with closed chains need no further description.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.errors import InputError
@@ -18,9 +19,6 @@ from eyehand.errors import InputError
 from ..mujoco_import import import_mujoco
 from .geom_extent import extent
 from .joint_coupling import carrying_bodies, common_body, motor_and_joints
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 STEPS = 17
 """Number of measured openings."""

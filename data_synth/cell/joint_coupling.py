@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from eyehand.errors import InputError
 
 from ..mujoco_import import import_mujoco
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 
 def motor_and_joints(model: Any, name: str) -> tuple[int, NDArray[np.intp]]:

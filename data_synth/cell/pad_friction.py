@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-if TYPE_CHECKING:
-    from .hand_description import HandDescription
+from .hand_description import HandDescription
 
 SLIDING_FRICTION = 1.0
 """Default sliding friction, as of rubber."""

@@ -2,23 +2,20 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from eyehand.errors import InputError
 from eyehand.grasping import HandReading
+from eyehand.grasping.hands import AnyCommand
+from eyehand.tactile import TactileImage
 
 from ..mujoco_import import import_mujoco
 from .hand_description import THUMB, HandDescription
 from .hand_interface import checked_values, finger_command, pad_forces
 from .name_suggestions import suggest_names
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from eyehand.grasping.hands import AnyCommand
-    from eyehand.tactile import TactileImage
 
 HINGE_ARM_M = 0.012
 """Moment arm of a finger's virtual tendon at its first joint. It equals that of the included hand,

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from eyehand.errors import InputError
 from eyehand.grasping import HandModel
@@ -15,9 +16,6 @@ from .geom_extent import extent
 from .hand_description import THUMB, HandDescription
 from .hand_frame import find_frame
 from .synergy_drives import SynergyDrives
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 STEPS = 41
 """Postures measured from open to closed; widths between them are interpolated."""

@@ -2,23 +2,19 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from eyehand.errors import InputError
 from eyehand.grasping import HandReading
+from eyehand.grasping.hands import AnyCommand
+from eyehand.tactile import TactileImage
 
 from ..mujoco_import import import_mujoco
 from .hand_interface import checked_values, finger_command, pad_forces
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from eyehand.grasping.hands import AnyCommand
-    from eyehand.tactile import TactileImage
 
 PALM_PAD = "palm_pad"
 """Geom of the palm's face; other pads have the name of their phalanx."""

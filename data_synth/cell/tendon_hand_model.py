@@ -7,11 +7,13 @@ joint's range. So kinematics alone gives every opening, without a physics step.
 from __future__ import annotations
 
 import functools
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import root_scalar
 
 from eyehand.errors import InputError
@@ -21,11 +23,6 @@ from eyehand.grasping.hands import PALM, PINCER_FINGER, THUMB
 from ..arms import HAND
 from ..mujoco_import import import_mujoco
 from .tendon_drives import TendonDrives, tendon_arms
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from numpy.typing import NDArray
 
 PALM_SITE = "palm"
 """Site of the hand frame: origin in the middle of the palm's face, z out of it."""

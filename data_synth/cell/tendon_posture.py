@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import nnls
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 _MIN_STIFFNESS = 1e-3
 """Minimum stiffness of a joint, Nm/rad. The angle of a joint without a spring would be

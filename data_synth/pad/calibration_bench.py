@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from eyehand.errors import InputError
 from eyehand.tactile import BenchRun
 
-if TYPE_CHECKING:
-    from .tactile_readout import TactileReadout
+from .tactile_readout import TactileReadout
 
 _MIN_LOAD_PA = 20.0
 """First load after rest."""

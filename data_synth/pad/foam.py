@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from eyehand.errors import InputError
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 HARD_SHARE = 0.94
 """Share of the densification strain up to which the formula holds. Beyond it the pressure grows

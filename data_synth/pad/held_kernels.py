@@ -8,15 +8,13 @@ is rough: its height and its friction vary over the face, and move with the obje
 from __future__ import annotations
 
 from math import cos, floor, sin, sqrt
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from numba import njit
+from numpy.typing import NDArray
 
 from .bristles import friction_limit
 from .foam_column import HALF_X, HALF_Y, LOSS_TIME, SHEAR_STIFFNESS, table_pressure
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 X, Y, ANGLE, SPEED_X, SPEED_Y, SPIN, DEPTH, SLIDE, SLIPPING, PUSH = range(10)
 """Fields of the motion: place (m), angle (rad), their rates, depth of the face in the foam (m), the

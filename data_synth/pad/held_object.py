@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections import deque
 from dataclasses import dataclass, fields
 from functools import lru_cache
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from eyehand.errors import InputError
-from eyehand.tactile import TactileArray, calibrate
+from eyehand.tactile import Calibration, TactileArray, calibrate
 
 from .calibration_bench import run_bench
 from .foam import Foam, pressure_table
@@ -33,11 +33,6 @@ from .sensor_model import SENSORS, SensorModel
 from .tactel_spread import POINT_SPREAD_M, spread_to_tactels, spread_weights
 from .tactile_pad import IMAGE_RATE, LOSS_TIME_S, SHEAR_SHARE
 from .tactile_readout import FULL_SCALE
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from eyehand.tactile import Calibration
 
 DEFAULT_RANGE = 10e3
 """Range of the default pad, Pa. A pad of another range has a foam and tactels scaled by it."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import RigidTransform
@@ -12,12 +12,10 @@ from eyehand.errors import InputError
 
 from ..arms import LBR_ARM, TOOL_SITE
 from ..mujoco_import import import_mujoco
+from .foam import Foam
 from .pad_options import PadOptions
 from .tactile_pad import IMAGE_RATE, PAD_SITE
-
-if TYPE_CHECKING:
-    from .foam import Foam
-    from .touch_objects import TouchObject
+from .touch_objects import TouchObject
 
 PAD_BODY = "pad"
 """Name of the body that carries the pad."""

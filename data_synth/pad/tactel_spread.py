@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 from scipy.special import erf
 
 from eyehand.errors import InputError
 
 from .foam_column import CELLS_PER_TACTEL
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 POINT_SPREAD_M = 0.0025
 """Standard deviation of the Gaussian image of a point force, m. It is half the default pitch, so

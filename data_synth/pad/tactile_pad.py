@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from eyehand.errors import InputError
 from eyehand.tactile import TactileArray
@@ -14,24 +16,16 @@ from .bristles import BRISTLE_FIELDS, bend_bristles
 from .column_entry import BOX, CAPSULE, CYLINDER, ELLIPSOID, SPHERE
 from .contact_data import ContactState, MeshSolid, PadPose, PressureTables, SimpleSolids
 from .contact_motion import POSE_FIELDS
-from .foam import pressure_table
+from .foam import Foam, pressure_table
 from .foam_column import CELLS_PER_TACTEL
 from .layer_shear import base_forces
 from .mesh_contact import press_mesh
 from .pad_options import PadOptions
 from .sensor_memory import SensorMemory
-from .sensor_model import SENSORS
+from .sensor_model import SENSORS, SensorModel
 from .solid_contact import press_solids
 from .tactel_spread import POINT_SPREAD_M, spread_to_tactels, spread_weights
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from numpy.typing import NDArray
-
-    from .foam import Foam
-    from .sensor_model import SensorModel
-    from .tactile_readout import TactileReadout
+from .tactile_readout import TactileReadout
 
 IMAGE_RATE = 1900.0
 """Images per second of the simulated pad (Schürmann et al., IROS 2011)."""
