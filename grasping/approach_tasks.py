@@ -8,17 +8,13 @@ along its length.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Iterator
 
 import numpy as np
 
+from .grasp_geometry import GraspGeometry
+from .palm_placement import PalmPlacement
 from .plan import ApproachTask
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from .grasp_geometry import GraspGeometry
-    from .palm_placement import PalmPlacement
 
 MIN_TILT = 0.035
 """Minimum tilt that an approach to a sphere may use, rad. A smaller freedom does not help the arm,

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,18 +15,14 @@ from eyehand.control.tasks import (
     Orientation,
     PointOnPlane,
     Position,
+    Task,
 )
 from eyehand.errors import InputError
 
 from .approach_tasks import approach_tasks
-from .hands import ParallelHand
+from .hands import HandModel, ParallelHand
 from .palm_placement import place_palm
-
-if TYPE_CHECKING:
-    from eyehand.control.tasks import Task
-
-    from .hands import HandModel
-    from .plan import ApproachTask, GraspPlan
+from .plan import ApproachTask, GraspPlan
 
 HAND_AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 """Axes of the hand frame: from fingers to thumb, along the row of fingers, out of the palm."""

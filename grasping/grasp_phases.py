@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from eyehand.control.tasks import Position
 
+from .cell import Cell
 from .control_tasks import control_tasks
+from .hands import AnyCommand
 from .motion import RAMP_SECONDS, execute, remaining_distance, unexpected_contact
 from .pick_state import PhaseFailure, PickState
-
-if TYPE_CHECKING:
-    from .cell import Cell
-    from .hands import AnyCommand
-    from .robot import RobotReading
+from .robot import RobotReading
 
 SLIPPED_OUT = "the object left the closing hand"
 """Reason of a failed close that is tried again."""

@@ -2,23 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from eyehand.errors import DeviceError, InputError
+from eyehand.perception import DepthFrame
 
-from .robot import RobotReading
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from numpy.typing import NDArray
-
-    from eyehand.perception import DepthFrame
-
-    from .hands import AnyCommand, AnyReading, HandModel, ParallelHand
-    from .robot import Arm, ArmReading, Camera, Hand
+from .hands import AnyCommand, AnyReading, HandModel, ParallelHand
+from .robot import Arm, ArmReading, Camera, Hand, RobotReading
 
 STALE_SECONDS = 0.3
 """Time without a new state of the arm after which it counts as stopped, s. It is ten times the

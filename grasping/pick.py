@@ -2,22 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable
 
 import numpy as np
 
+from .cell import Cell
 from .grasp_phases import approach, close, contact, grip, pre_grasp
 from .hands.hand_control import HeldState
-from .pick_state import PhaseFailure, PickState
-from .report import PickReport
+from .pick_state import PhaseFailure, PickState, SelectedGrasp
+from .report import Phase, PickReport
 from .transport_phases import check, lift, place
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from .cell import Cell
-    from .pick_state import SelectedGrasp
-    from .report import Phase
 
 
 def pick(cell: Cell, grasp: SelectedGrasp) -> PickReport:

@@ -3,19 +3,14 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
-from eyehand.control import ApproachController, ControlOptions
+import numpy as np
+from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    import numpy as np
-    from numpy.typing import NDArray
-
-    from eyehand.control import CollisionWorld
-    from eyehand.control.tasks import Task
+from eyehand.control import ApproachController, CollisionWorld, ControlOptions
+from eyehand.control.tasks import Task
 
 PERIOD = 0.04
 """Period of the simulation, s. Longer is faster, but follows obstacles less accurately."""

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
-if TYPE_CHECKING:
-    from .cell import Cell
-    from .pick_state import PickState
+from .cell import Cell
+from .pick_state import PickState
 
 FREQUENCY = 3.0
 """Frequency of the motion, Hz."""

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import RigidTransform
 
 from eyehand.control.tasks import AxisAlignment, Orientation, Position
 
-from .motion import MotionResult, execute
+from .cell import Cell
+from .motion import Controller, MotionResult, execute
 from .pick_state import LIFT_SECONDS, LIFT_SPEED, PhaseFailure, PickState
+from .robot import RobotReading
 from .shaking import shake, shake_off
 from .tray_plan import (
     SIDE_COSINE,
@@ -21,14 +25,6 @@ from .tray_plan import (
     measure_held,
     plan_place,
 )
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-    from scipy.spatial.transform import RigidTransform
-
-    from .cell import Cell
-    from .motion import Controller
-    from .robot import RobotReading
 
 MIN_WIDTH_SHARE = 0.3
 """Minimum distance of the fingertips that hold an object, as a share of the object's smallest

@@ -7,9 +7,10 @@ first, unless the object states otherwise.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Any, Literal
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 from eyehand.errors import InputError
@@ -17,12 +18,8 @@ from eyehand.errors import InputError
 from ..mujoco_import import import_mujoco
 from .foam import Foam
 
-if TYPE_CHECKING:
-    from typing import Any, Literal
+Kind = Literal["sphere", "capsule", "ellipsoid", "cylinder", "box"]
 
-    from numpy.typing import ArrayLike, NDArray
-
-    Kind = Literal["sphere", "capsule", "ellipsoid", "cylinder", "box"]
 
 STIFF_FOAM = Foam(thickness=0.03, modulus=150e3, densification=0.7)
 """Foam of toy boxes, as packing foam: 5 MPa/m, in series with the pad's 3 MPa/m."""

@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 from .column_entry import BOX, CAPSULE, CYLINDER, ELLIPSOID, NO_ENTRY, SPHERE, column_entry
-
-if TYPE_CHECKING:
-    from numpy.typing import ArrayLike, NDArray
-
-    from .touch_objects import Part, TouchObject
+from .touch_objects import Part, TouchObject
 
 _KINDS = {
     "sphere": SPHERE,

@@ -4,29 +4,22 @@ from __future__ import annotations
 
 import functools
 import logging
-from typing import TYPE_CHECKING, Literal, get_args
+from typing import Any, Literal, get_args
 
 import numpy as np
+from numpy.typing import NDArray
 
 from eyehand.errors import DeviceError, InputError
 
 from ..mujoco_import import import_mujoco
-from ..scenes.fixture import BACKGROUND_NUMBER
+from ..scenes.fixture import BACKGROUND_NUMBER, BackgroundKind
 from ..scenes.furnished_scene import FurnishedScene, fixture_name, furnished_spec
+from ..scenes.tabletop_scene import TabletopScene
 from ..scenes.tabletop_spec import FLOOR, TABLE_TOP, tabletop_spec
 from .gl_probe import gl_fault, gl_module
 from .gl_renderer import GlRenderer
 from .ray_renderer import RayRenderer
-from .rendered_view import RenderedView
-
-if TYPE_CHECKING:
-    from typing import Any
-
-    from numpy.typing import NDArray
-
-    from ..scenes.fixture import BackgroundKind
-    from ..scenes.tabletop_scene import TabletopScene
-    from .rendered_view import DepthRenderer
+from .rendered_view import DepthRenderer, RenderedView
 
 Backend = Literal["auto", "gl", "rays"]
 """``gl`` uses OpenGL, ``rays`` casts rays on the CPU, ``auto`` uses OpenGL if available."""

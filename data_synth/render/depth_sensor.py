@@ -15,22 +15,18 @@ projector and a camera. They share five errors, in this order:
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal, get_args
+from typing import Literal, get_args
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from eyehand.errors import InputError
+from eyehand.perception import CameraIntrinsics
 
 from .depth_noise import blurred, grazing_chance, quantised
+from .rendered_view import RenderedView
 from .stereo_window import matched_disparity, shadow
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from eyehand.perception import CameraIntrinsics
-
-    from .rendered_view import RenderedView
 
 SensorName = Literal["kinect-v1", "stereo", "structured-light", "oak"]
 

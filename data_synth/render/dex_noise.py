@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import cv2
 import numpy as np
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
+from numpy.typing import NDArray
 
 SHAPE, SCALE = 1000.0, 0.001
 """Parameters of the gamma distribution of the factor of the whole image: mean 1, σ 3.2 %."""

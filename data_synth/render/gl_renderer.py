@@ -5,23 +5,19 @@ from __future__ import annotations
 import atexit
 import contextlib
 import importlib
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import RigidTransform
 
 from eyehand.errors import DeviceError
+from eyehand.perception import CameraIntrinsics
 
 from ..mujoco_import import import_mujoco
 from .gl_probe import gl_fault, gl_module
 from .rendered_view import RenderedView
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from numpy.typing import NDArray
-    from scipy.spatial.transform import RigidTransform
-
-    from eyehand.perception import CameraIntrinsics
 
 NEAR_M = 0.02
 """Near plane, m. With it, MuJoCo's reversed floating-point depth is exact to 1e-7 m at 1 m."""

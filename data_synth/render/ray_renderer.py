@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import RigidTransform
+
+from eyehand.perception import CameraIntrinsics
 
 from ..mujoco_import import import_mujoco
 from ..scenes.tabletop_spec import TABLE_TOP, VISIBLE_GROUPS
 from ..scenes.wood_texture import wood_colour
 from .rendered_view import RenderedView
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-    from scipy.spatial.transform import RigidTransform
-
-    from eyehand.perception import CameraIntrinsics
 
 SHADOW_SLACK = 1e-3
 """Share of the distance to a light at which a surface cannot shade itself."""

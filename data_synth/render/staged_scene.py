@@ -4,30 +4,24 @@ from __future__ import annotations
 
 import functools
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.errors import InputError
 from eyehand.perception import CameraIntrinsics, DepthFrame
 
 from ..mujoco_import import import_mujoco
-from ..scenes.staged_solids import Ball, StagedSolid
+from ..scenes.staged_solids import Ball, Part, StagedSolid
 from ..scenes.tabletop_options import ViewOptions
 from ..scenes.tabletop_scene import Table
 from ..scenes.tabletop_spec import tabletop_spec
 from ..scenes.viewpoint import camera_intrinsics, look_at
 from .depth_noise import DepthNoise, add_depth_noise, axial_sigma
 from .depth_renderer import DEFAULT_MAX_RANGE_M, open_renderer
-
-if TYPE_CHECKING:
-    from typing import Any
-
-    from numpy.typing import NDArray
-
-    from ..scenes.staged_solids import Part
-    from .rendered_view import RenderedView
+from .rendered_view import RenderedView
 
 MIN_VERTICAL_ANGLE = 1e-6
 """Minimum angle between line of sight and vertical, rad; below it the image has no upright

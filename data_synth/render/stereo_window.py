@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from .depth_noise import MIN_EDGE_STEP, blurred
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 _MAJORITY, _MAJORITY_SPREAD = 0.42, 0.08
 """Share of the window that the near surface must cover to win, and its variation over the image.

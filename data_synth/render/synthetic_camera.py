@@ -2,27 +2,22 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Iterator, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from eyehand.errors import InputError
 from eyehand.perception import DepthFrame
 
+from ..scenes.furnished_scene import FurnishedScene
 from ..scenes.tabletop import make_scene
+from ..scenes.tabletop_options import TabletopOptions
 from ..scenes.tabletop_scene import TabletopScene
 from .depth_noise import DepthNoise, add_depth_noise
 from .depth_renderer import render_scene
 from .depth_sensor import DepthSensor, sense_depth
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
-    from numpy.typing import NDArray
-
-    from ..scenes.furnished_scene import FurnishedScene
-    from ..scenes.tabletop_options import TabletopOptions
-    from .rendered_view import DepthRenderer, RenderedView
+from .rendered_view import DepthRenderer, RenderedView
 
 
 def render_frame(

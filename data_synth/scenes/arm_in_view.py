@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 import functools
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from ..arms import HAND, LBR_ARM, PALM_BEFORE_FLANGE_M, TOOL_SITE
 from ..mujoco_import import import_mujoco
 from .fixture import Fixture, Outline
+from .furnished_settings import Setting
 from .tabletop_spec import VISIBLE_GROUPS
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from .furnished_settings import Setting
 
 PEDESTAL_RADIUS_M = 0.1
 """Radius of the column under the arm's base."""

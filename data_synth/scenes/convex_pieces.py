@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
+from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import ConvexHull, QhullError
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 MIN_CONVEXITY = 0.95
 """Minimum ratio of the volume of a piece to that of its hull. Below it, the parts of the mesh are

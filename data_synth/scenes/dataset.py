@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, get_args
+from typing import Any, get_args
 
 import numpy as np
+from numpy.typing import NDArray
 
 from eyehand.errors import DeviceError, InputError
-from eyehand.perception import CameraIntrinsics
+from eyehand.perception import CameraIntrinsics, DepthFrame
 from eyehand.perception.io import (
     atomic_write,
     decode_depth,
@@ -28,11 +29,6 @@ from .fixture import BACKGROUND_LEGEND
 from .furnished_scene import FurnishedScene
 from .mesh_object import MeshObject
 from .tabletop_scene import Family, Table, TabletopObject, TabletopScene
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from eyehand.perception import DepthFrame
 
 SCHEMA = "eyehand.ground_truth/1"
 """Name and version of the format of `ground_truth.json`."""

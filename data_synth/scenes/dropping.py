@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 import numpy as np
 from scipy.spatial.transform import RigidTransform
 
+from eyehand.perception.superquadric import Superquadric
+
 from .placement import FALL_HEIGHT_M, place, tumbled
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from eyehand.perception.superquadric import Superquadric
-
-    from .tabletop_options import TabletopOptions
-    from .tabletop_physics import TabletopPhysics
+from .tabletop_options import TabletopOptions
+from .tabletop_physics import TabletopPhysics
 
 _PAUSE_S = 0.6
 """Maximum time before the next object falls: most lie still by then."""

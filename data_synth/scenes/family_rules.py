@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 import numpy as np
+from scipy.spatial.transform import RigidTransform
 
 from .placement import carrier_count
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from scipy.spatial.transform import RigidTransform
-
-    from .tabletop_options import TabletopOptions
-    from .tabletop_physics import TabletopPhysics
-    from .tabletop_scene import TabletopObject
+from .tabletop_options import TabletopOptions
+from .tabletop_physics import TabletopPhysics
+from .tabletop_scene import TabletopObject
 
 TOUCH_GAP_M = 0.001
 """Objects no farther apart than this touch."""

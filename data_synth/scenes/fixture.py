@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Literal, get_args
+from typing import Any, Literal, get_args
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import RigidTransform
 
 from ..mujoco_import import import_mujoco
 from .convex_mesh import hull_mesh
 from .tabletop_spec import FLOOR_EXTENT_M, FLOOR_FACET_M, OBJECT_MATERIAL, set_contact
-
-if TYPE_CHECKING:
-    from numpy.typing import ArrayLike, NDArray
 
 BackgroundKind = Literal[
     "floor",

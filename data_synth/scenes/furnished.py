@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import zlib
 from collections import Counter
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 import numpy as np
 from scipy.spatial.transform import RigidTransform
 
 from eyehand.errors import InputError
+from eyehand.perception import CameraIntrinsics
 
 from .arm_in_view import FOOT_PARTS, draw_arm
-from .furnished_scene import FurnishedOptions, FurnishedScene, object_pose
-from .furnished_settings import FULL_COUNT, HALF_VIEW, draw_setting
+from .fixture import Colour, Fixture
+from .furnished_scene import FurnishedOptions, FurnishedScene, RigidObject, object_pose
+from .furnished_settings import FULL_COUNT, HALF_VIEW, Setting, draw_setting
 from .household_shapes import draw_shape
 from .mesh_object import MeshObject
 from .pouring import FurnishedPhysics, pour
@@ -21,15 +23,6 @@ from .tabletop import PALETTE
 from .tabletop_options import TabletopOptions, ViewOptions
 from .tabletop_scene import TabletopObject, solid_volume
 from .viewpoint import MIN_VISIBLE_SHARE, camera_intrinsics, look_at, reduced
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from eyehand.perception import CameraIntrinsics
-
-    from .fixture import Colour, Fixture
-    from .furnished_scene import RigidObject
-    from .furnished_settings import Setting
 
 MAX_DRAWS = 20
 """Draws before :func:`make_furnished_scene` gives up."""

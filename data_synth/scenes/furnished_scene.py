@@ -3,27 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Literal
+from typing import Any, Literal
 
 import numpy as np
+from scipy.spatial.transform import RigidTransform
 
 from eyehand.errors import InputError
+from eyehand.perception import CameraIntrinsics
 
-from .fixture import add_fixture
+from .fixture import Fixture, add_fixture
 from .mesh_object import MeshObject, add_mesh_object
+from .object_folder import FolderObject
 from .tabletop_options import ViewOptions, check_range
 from .tabletop_scene import TabletopObject
 from .tabletop_spec import add_lighting, add_solid, new_spec
-
-if TYPE_CHECKING:
-    from typing import Any
-
-    from scipy.spatial.transform import RigidTransform
-
-    from eyehand.perception import CameraIntrinsics
-
-    from .fixture import Fixture
-    from .object_folder import FolderObject
 
 FurnishedFamily = Literal["bin", "tote", "shelf", "tray", "clutter", "small-table"]
 """Furniture and arrangement of a scene. ``bin`` and ``tote``: objects scattered or heaped in a

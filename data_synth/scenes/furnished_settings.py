@@ -2,21 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from . import furniture
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from numpy.typing import NDArray
-
-    from .fixture import Colour, Fixture
-    from .furnished_scene import FurnishedFamily
+from .fixture import Colour, Fixture
+from .furnished_scene import FurnishedFamily
 
 MEAN_FOOTPRINT_M2 = 0.0045
 """Area that a lying object covers on average, with the sizes in `Setting`."""

@@ -2,15 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from scipy.spatial.transform import RigidTransform
 
-from .fixture import Fixture, box, hull
-
-if TYPE_CHECKING:
-    from .fixture import BackgroundKind, Colour
+from .fixture import BackgroundKind, Colour, Fixture, box, hull
 
 BOARD_M = 0.02
 """Thickness of table tops and shelf boards."""

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import RigidTransform
 
 from ..mujoco_import import import_mujoco
 from .convex_pieces import hull_volume
 from .tabletop_spec import OBJECT_MATERIAL, PHYSICS_GROUP, set_contact
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-    from scipy.spatial.transform import RigidTransform
 
 HULL_VERTICES = 64
 """Maximum number of vertices of the hull used for contacts. More is more exact for round objects,

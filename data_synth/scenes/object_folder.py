@@ -5,18 +5,16 @@ from __future__ import annotations
 import xml.etree.ElementTree as ElementTree
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from eyehand.errors import InputError
 from eyehand.perception.io import read_mesh
 
 from .convex_pieces import convex_pieces, hull_volume
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 MESH_SUFFIXES = (".obj", ".stl")
 URDF_SUFFIX = ".urdf"

@@ -5,9 +5,10 @@ from __future__ import annotations
 import xml.etree.ElementTree as ElementTree
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from eyehand.errors import InputError
 from eyehand.perception.io import read_mesh
@@ -16,9 +17,6 @@ from ..mujoco_import import import_mujoco
 from .convex_pieces import connected_parts
 from .object_folder import URDF_SUFFIX, read_objects
 from .tabletop_spec import PHYSICS_GROUP
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 PIECE_VERTICES = 64
 """Maximum number of vertices of a piece's hull. The files have at most 64."""

@@ -2,23 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform, Rotation
 
+from eyehand.perception.superquadric import Superquadric
+
 from .household_shapes import rest_rotation
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from eyehand.perception.superquadric import Superquadric
-
-    from .tabletop_options import TabletopOptions
-    from .tabletop_physics import TabletopPhysics
+from .tabletop_options import TabletopOptions
+from .tabletop_physics import TabletopPhysics
 
 FALL_HEIGHT_M = 0.03
 """Dropped and piled objects fall from this height above what lies below them. With a higher

@@ -2,26 +2,20 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform, Rotation
 
-from .furnished_scene import fixture_name, furnished_spec, object_reach
+from eyehand.perception import CameraIntrinsics
+
+from .fixture import Fixture
+from .furnished_scene import RigidObject, fixture_name, furnished_spec, object_reach
+from .furnished_settings import DropZone
 from .household_shapes import rest_rotation
 from .mesh_object import MeshObject
 from .rigid_physics import RigidPhysics
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from eyehand.perception import CameraIntrinsics
-
-    from .fixture import Fixture
-    from .furnished_scene import RigidObject
-    from .furnished_settings import DropZone
 
 MAX_SETTLE_S = 4.0
 """Maximum simulated time to come to rest after the last object has fallen."""

@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterable, Sequence
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import RigidTransform, Rotation
+
+from eyehand.perception import CameraIntrinsics
 
 from ..mujoco_import import import_mujoco
 from .tabletop_spec import VISIBLE_GROUPS
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
-
-    from numpy.typing import ArrayLike, NDArray
-
-    from eyehand.perception import CameraIntrinsics
 
 QUIET_SPEED_M_S = 1e-3
 """An object is quiet if none of its points is faster than this."""

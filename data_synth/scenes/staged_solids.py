@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
 from eyehand.errors import InputError
@@ -14,12 +15,8 @@ from eyehand.perception.superquadric import Superquadric
 from .convex_mesh import convex_mesh
 from .staged_mesh import tapered_mesh, tube_mesh, turned_mesh
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
+Mesh = tuple[NDArray[np.float64], NDArray[np.int64]]
 
-    from numpy.typing import NDArray
-
-    Mesh = tuple[NDArray[np.float64], NDArray[np.int64]]
 
 ARC_POINTS = 24
 """Points on a quarter circle of a profile: a radius of 70 mm is exact to 0.04 mm."""

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections import Counter
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from eyehand.errors import InputError
+from eyehand.perception.superquadric import Superquadric
 
 from .dropping import drop
 from .family_rules import fallen_fault, standing_fault
@@ -23,9 +23,6 @@ from .viewpoint import (
     draw_table_view,
     draw_viewpoint,
 )
-
-if TYPE_CHECKING:
-    from eyehand.perception.superquadric import Superquadric
 
 PALETTE = (
     (0.78, 0.30, 0.25),  # brick

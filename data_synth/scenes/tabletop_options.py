@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, get_args
+from typing import get_args
 
 import numpy as np
 
@@ -11,9 +12,6 @@ from eyehand.errors import InputError
 from eyehand.perception.superquadric import Kind
 
 from .tabletop_scene import Family
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
 
 MAX_OBJECTS = 15
 """Maximum number of objects: more leave no room for a hand between them."""

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 import numpy as np
 
 from .rigid_physics import RigidPhysics
+from .tabletop_scene import Table, TabletopObject
 from .tabletop_spec import tabletop_spec
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from .tabletop_scene import Table, TabletopObject
 
 BOWL_DRAG_HZ = 10.0
 """Share of its horizontal speed that an object in a bowl loses per second, against swinging."""

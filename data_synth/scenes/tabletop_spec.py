@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 import functools
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
+from eyehand.perception.superquadric import Superquadric
+
 from ..mujoco_import import import_mujoco
 from .convex_mesh import convex_mesh
+from .tabletop_scene import Table, TabletopObject
 from .wood_texture import wood_colour
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from eyehand.perception.superquadric import Superquadric
-
-    from .tabletop_scene import Table, TabletopObject
 
 VISIBLE_GROUPS = (1, 1, 1, 0, 0, 0)
 PHYSICS_GROUP = 3

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from .arm_clearance import ReachingObstacle
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 Place = Literal["boxes", "shelf", "bin", "neighbours"]
 """Surroundings of a goal: random boxes; inside a shelf; inside a bin; between two boxes."""

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal, get_args
+from typing import Literal, get_args
 
 import numpy as np
+from numpy.typing import NDArray
 
 from eyehand.errors import InputError
 
 from ..prototypes import Prototype
 from .grip_options import GripOptions
-from .hand_messages import HandCommand
+from .hand_messages import AnyReading, DriveMode, HandCommand, HandReading
+from .hand_model import HandModel
 from .hand_names import PINCER_FINGER, THUMB, WRAP_DRIVES
 from .hand_state import (
     MIN_ENCLOSED_WIDTH,
@@ -20,12 +22,6 @@ from .hand_state import (
     is_holding,
 )
 from .wrapping import DRAW_TENSION, DRAW_TENSION_RATE, THUMB_HOLD_SHARE, Wrapping
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from .hand_messages import AnyReading, DriveMode, HandReading
-    from .hand_model import HandModel
 
 ClosingState = Literal["preshape", "closing", "gripping", "holding", "empty", "stalled"]
 """State of the closing hand.

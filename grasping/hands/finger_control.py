@@ -4,23 +4,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
+from ..prototypes import Prototype
 from .closing import Closing, open_command, preshape_command
 from .fingertips import fingertip_contacts, off_face_contacts
-from .hand_control import HeldState
+from .grip_options import GripOptions
+from .hand_control import ClosingController, HeldState
+from .hand_messages import AnyReading, HandCommand
+from .hand_model import HandModel
 from .hand_state import finger_curl, finger_reading, grip_width, is_holding
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from ..prototypes import Prototype
-    from .grip_options import GripOptions
-    from .hand_control import ClosingController
-    from .hand_messages import AnyReading, HandCommand
-    from .hand_model import HandModel
 
 CONTACT_FORCE = 0.1
 """Force above which a pad counts as in contact with the held object, N."""

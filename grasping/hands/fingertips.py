@@ -2,17 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from eyehand.tactile import ContactFeatures, contact_features
 
-from eyehand.tactile import contact_features
-
+from .hand_messages import HandReading
+from .hand_model import HandModel
 from .hand_names import TIP
-
-if TYPE_CHECKING:
-    from eyehand.tactile import ContactFeatures
-
-    from .hand_messages import HandReading
-    from .hand_model import HandModel
 
 PRESSURE_THRESHOLD = 200.0
 """Pressure above which a tactel counts as touched, Pa; 5 mN on a tactel of 5 x 5 mm."""

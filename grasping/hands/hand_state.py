@@ -6,20 +6,14 @@ sum of all its joint angles.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
+from numpy.typing import NDArray
 
 from eyehand.errors import InputError
 
-from .hand_messages import HandReading
+from .hand_messages import AnyReading, HandReading
+from .hand_model import HandModel
 from .hand_names import PALM, PINCER_FINGER, THUMB, TIP, WRAP_DRIVES
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from .hand_messages import AnyReading
-    from .hand_model import HandModel
 
 EMPTY_WIDTH = 0.002
 """Maximum grip width of an empty hand with straight fingers, m. Only the fingertips of such a hand

@@ -2,18 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
-from .grip_options import GRAVITY
-from .hand_messages import JawCommand, JawReading
-
-if TYPE_CHECKING:
-    from .closing import ClosingState
-    from .grip_options import GripOptions
-    from .hand_messages import AnyReading
-    from .parallel_hand import ParallelHand
+from .closing import ClosingState
+from .grip_options import GRAVITY, GripOptions
+from .hand_messages import AnyReading, JawCommand, JawReading
+from .parallel_hand import ParallelHand
 
 EMPTY_WIDTH = 0.002
 """Width above the minimum opening up to which a closed gripper is empty, m. Encoders of grippers

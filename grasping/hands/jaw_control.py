@@ -8,24 +8,18 @@ exist.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from eyehand.errors import InputError
 
-from .hand_control import HeldState
-from .hand_messages import JawCommand, JawReading
+from ..prototypes import Prototype
+from .grip_options import GripOptions
+from .hand_control import ClosingController, HeldState
+from .hand_messages import AnyReading, JawCommand, JawReading
 from .jaw_closing import JawClosing, empty_width
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from ..prototypes import Prototype
-    from .grip_options import GripOptions
-    from .hand_control import ClosingController
-    from .hand_messages import AnyReading
-    from .parallel_hand import ParallelHand
+from .parallel_hand import ParallelHand
 
 JAWS = ("left jaw", "right jaw")
 """Names of the jaws at -x and +x in records and messages."""

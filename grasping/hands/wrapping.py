@@ -13,19 +13,16 @@ push it out along the proximal phalanges, which diverge there.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
+from .grip_options import GripOptions
+from .hand_messages import HandReading
+from .hand_model import HandModel
 from .hand_names import PALM, THUMB
 from .hand_state import non_tip_force
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from .grip_options import GripOptions
-    from .hand_messages import HandReading
-    from .hand_model import HandModel
 
 THUMB_HOLD_SHARE = 1.4
 """Maximum tension of the thumb while it holds its place, as a share of the tension of all fingers,

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from eyehand.errors import InputError
 
-if TYPE_CHECKING:
-    from .grasp import Grasp
+from .grasp import Grasp
 
 MAX_FRICTION, MAX_ERROR, MAX_SCALE_ERROR = 3.0, 0.05, 0.2
 

@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
+from numpy.typing import NDArray
 
+from eyehand.perception.superquadric import Vessel
+
+from ..hands import ParallelHand
 from .candidates import DEPTH_STEP, MAX_UPRIGHT, PALM_GAP, Candidates
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from eyehand.perception.superquadric import Vessel
-
-    from ..hands import ParallelHand
-    from .options import JawOptions
+from .options import JawOptions
 
 RIM_STEPS = 16
 """Places around the rim."""

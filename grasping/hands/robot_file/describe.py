@@ -4,29 +4,23 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from eyehand.errors import InputError
 
 from ..parallel_hand import HandBox, HandJoint, ParallelHand, ToolPose
 from .jaw_boxes import camera_boxes, finger_boxes, palm_boxes, tool_origin
 from .jaw_force import jaw_force
-from .jaw_motion import MAX_DRIVES, between_jaws, jaw_motion
+from .jaw_motion import MAX_DRIVES, JawMotion, between_jaws, jaw_motion
 from .links import Links, find_branches, find_palm, root_body
 from .pinch import pinch_motion
 from .posing import Posing, find_drives
 from .read_model import read_model
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from .jaw_motion import JawMotion
 
 FORCE_WITHOUT_LIMIT = (0.0, 40.0)
 """Closing force that is assumed where the file does not limit it, N."""

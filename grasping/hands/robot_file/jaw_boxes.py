@@ -4,19 +4,15 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
-from .jaw_motion import between_jaws
+from .jaw_motion import JawMotion, between_jaws
 from .shapes import beyond_plane, clipped, slab_boxes
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
+Boxes = list[tuple[NDArray[np.float64], NDArray[np.float64]]]
 
-    from .jaw_motion import JawMotion
-
-    Boxes = list[tuple[NDArray[np.float64], NDArray[np.float64]]]
 
 CAMERA_NAMES = re.compile(
     r"cam(era)?(_|\d|$)|realsense|d4[0-9]{2}|d405|zed|kinect|oak", re.IGNORECASE

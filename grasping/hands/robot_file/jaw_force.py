@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from .jaw_motion import JawMotion
 from .read_model import load_mujoco
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from .jaw_motion import JawMotion
 
 USABLE_FORCE = (0.5, 1000.0)
 """Closing forces that a gripper can have, N. Files often hold 0 or 10000 as a placeholder."""

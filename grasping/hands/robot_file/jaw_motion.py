@@ -3,24 +3,18 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from eyehand.errors import InputError
 
 from .pad_turn import pad_turn, wedge_start
-from .posing import Drives
+from .posing import Drives, Posing
 from .shapes import clipped, clipped_box
 from .tool_frame import HandShapes, JawSides, approach_axis, jaw_sides
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from .posing import Posing
 
 PAD_RELIEF = 2e-3
 """Depth of grooves, and curvature of a pad, m. What lies farther back is no part of the pad."""

@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 from eyehand.errors import InputError
 
-from .read_model import load_mujoco
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from .read_model import Model
+from .read_model import Model, load_mujoco
 
 MAX_BRANCHES = 12
 """Maximum number of links that move directly on a palm."""

@@ -7,23 +7,18 @@ bent, or straight if they do not bend.
 from __future__ import annotations
 
 import copy
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from eyehand.errors import InputError
 
 from .jaw_motion import JawMotion, between_jaws, measured_faces
+from .links import Links
 from .pinch_solver import TIP_LENGTH, Finger, Pinch
 from .posing import STEPS, Drives, Posing
 from .tool_frame import HandShapes, JawSides
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from .links import Links
 
 OPENING_STEP = 0.005
 """Step by which the opening grows until the fingers cannot follow, m."""

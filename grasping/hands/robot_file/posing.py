@@ -3,21 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, cast
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from eyehand.errors import InputError
 
-from .links import couplings, tendon_joints
-from .read_model import load_mujoco
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from .links import Links
-    from .read_model import Model
+from .links import Links, couplings, tendon_joints
+from .read_model import Model, load_mujoco
 
 STEPS = 21
 """Postures from open to closed."""

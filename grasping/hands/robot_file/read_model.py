@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import importlib
 import math
+from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 from xml.etree import ElementTree
 
 from eyehand.errors import InputError, named_files
 
 from .urdf_text import Urdf, prepared_urdf
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
 
 MAX_BYTES = 20_000_000
 """Maximum size of a robot's XML file. Geometry belongs into mesh files."""

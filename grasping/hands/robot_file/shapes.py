@@ -3,18 +3,12 @@
 from __future__ import annotations
 
 import itertools
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
-from .read_model import load_mujoco
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from .read_model import Model
+from .read_model import Model, load_mujoco
 
 ROUND_STEPS = 32
 """Points around a round shape. A multiple of 4 keeps its extents along its axes exact."""

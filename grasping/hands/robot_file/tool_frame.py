@@ -3,23 +3,17 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from eyehand.errors import InputError
 
-from .links import palm_bodies, palm_name
+from .links import Links, palm_bodies, palm_name
+from .posing import Posing
 from .shapes import geom_triangles, solid_geoms
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from .links import Links
-    from .posing import Posing
 
 SNAP = np.cos(np.deg2rad(3.0))
 """A closing axis within 3° of an axis of the file is that axis."""

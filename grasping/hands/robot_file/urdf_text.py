@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 from urllib.parse import unquote, urlparse
 from xml.etree import ElementTree
 
 from eyehand.errors import InputError
 
 from .mesh_bytes import mesh_bytes
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
 
 COMPILER = {
     "discardvisual": "false",
