@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .frame import CameraIntrinsics, DepthFrame
 from .scene import perceive
@@ -16,9 +16,6 @@ from .segmentation.select_objects import count_inner
 from .segmentation.sliver_pixels import replace_by_nearest
 from .segmentation.working_image import working_image
 from .superquadric.levenberg_marquardt import descend
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 
 def kernels_are_cached() -> bool:

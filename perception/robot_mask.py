@@ -2,23 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import product
 from math import radians
-from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
 from numba import njit
+from numpy.typing import ArrayLike, NDArray
 
 from eyehand.errors import InputError
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from numpy.typing import ArrayLike, NDArray
-
-    from .frame import DepthFrame
+from .frame import DepthFrame
 
 MARGIN_PX = 3
 """Pixels around the robot's outline that are removed too. Depth there mixes robot and background,

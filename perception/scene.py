@@ -4,27 +4,30 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
 from eyehand.errors import InputError
 
-from .object_evidence import collect_evidence, sample_points
+from .frame import DepthFrame
+from .object_evidence import RegionEvidence, collect_evidence, sample_points
 from .overlap import overlapping_objects
-from .segmentation import Segmentation, SegmentationOptions, SupportPlane, segment
+from .segmentation import (
+    Container,
+    SceneWarning,
+    Segmentation,
+    SegmentationOptions,
+    SupportPlane,
+    UnknownRegion,
+    segment,
+)
 from .stacking import SurfaceBelow, find_surface_below, rests_on
 from .superquadric import FitOptions, SuperquadricFit
 from .thread_pool import map_in_threads
 from .visibility import visible_share
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from .frame import DepthFrame
-    from .object_evidence import RegionEvidence
-    from .segmentation import Container, SceneWarning, UnknownRegion
 
 SUPPORT = 0
 """Value of ``rests_on`` for the support plane."""

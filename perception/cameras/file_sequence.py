@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Generator, Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from eyehand.errors import InputError
 
+from ..frame import DepthFrame
 from ..io.depth_frame import FRAME_SUFFIXES, read_frame
-
-if TYPE_CHECKING:
-    from collections.abc import Generator, Iterable
-
-    from ..frame import DepthFrame
 
 WILDCARDS = "*?["
 """Characters of glob patterns."""

@@ -2,24 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
 from eyehand.errors import InputError
 
+from ..frame import CameraIntrinsics
+from .calibration_board import BoardView
 from .hand_eye_bundle import MIN_SIGMAS, Bundle
 from .hand_eye_start import axis_spread, board_pose, closed_form
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from ..frame import CameraIntrinsics
-    from .calibration_board import BoardView
 
 CameraMount = Literal["world", "wrist"]
 """What the camera is fixed to. The board is fixed to the other one."""

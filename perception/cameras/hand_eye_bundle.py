@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, cast
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import least_squares
 from scipy.spatial.transform import RigidTransform, Rotation
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from ..frame import CameraIntrinsics
-    from .calibration_board import BoardView
+from ..frame import CameraIntrinsics
+from .calibration_board import BoardView
 
 START_SIGMAS = (0.3, 0.5e-3, np.deg2rad(0.05))
 """First guess of the errors of a corner (px) and of a robot pose (m, rad). The residuals replace

@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import combinations
-from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform, Rotation
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from ..frame import CameraIntrinsics
-    from .calibration_board import BoardView
+from ..frame import CameraIntrinsics
+from .calibration_board import BoardView
 
 
 def board_pose(view: BoardView, camera: CameraIntrinsics) -> RigidTransform | None:

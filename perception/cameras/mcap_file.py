@@ -11,17 +11,14 @@ from __future__ import annotations
 
 import struct
 import zlib
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import BinaryIO
 
 from eyehand.errors import InputError
 
 from ..io.input_file import check_file
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from typing import BinaryIO
 
 MAGIC = b"\x89MCAP0\r\n"
 """First and last eight bytes of every complete MCAP file."""

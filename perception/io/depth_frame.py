@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from contextlib import ExitStack
 from pathlib import Path
-from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
 
 from eyehand.errors import InputError
 
@@ -25,10 +27,6 @@ from .organised_cloud import check_organised, cloud_from_frame, frame_from_cloud
 from .pcd import pcd_bytes, read_pcd
 from .ply import ply_bytes, read_ply
 from .png import decode_colour, decode_depth, write_png
-
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
 
 FRAME_SUFFIXES = (".png", ".npz", ".pcd", ".ply")
 """File formats of depth frames."""

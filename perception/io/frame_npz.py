@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from eyehand.errors import InputError
 
@@ -15,11 +17,6 @@ from .input_file import naming
 from .intrinsics import CameraFile, intrinsics_from_matrix, read_camera_file
 from .npz import read_arrays
 from .pose_json import pose_from_matrix
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from numpy.typing import NDArray
 
 KEYS = ("depth", "depth_scale_m", "intrinsics", "K", "colour", "rgb", "T_world_camera")
 """Arrays of a frame archive. Other arrays are ignored."""

@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import stat
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from eyehand.errors import InputError
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
 
 MAX_FILE_BYTES = 1 << 28
 """Maximum size of a file, and of the arrays of an archive, bytes. The largest frames that are read

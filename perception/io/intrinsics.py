@@ -6,9 +6,11 @@ import json
 import re
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import RigidTransform
 
 from eyehand.errors import InputError
 
@@ -16,10 +18,6 @@ from ..frame import CameraIntrinsics
 from .atomic_write import atomic_write
 from .input_file import is_file, naming, read_bytes
 from .pose_json import number_from_json, numbers_from_json, pose_from_json, pose_to_json
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-    from scipy.spatial.transform import RigidTransform
 
 CAMERA_NAMES = ("camera.json", "intrinsics.json", "scene_camera.json")
 """Camera files that apply to a whole folder. They are tried after `<stem>.json`, in this order."""

@@ -5,17 +5,14 @@ from __future__ import annotations
 import io
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from eyehand.errors import InputError
 
 from .input_file import naming, read_bytes
 from .ply import read_ply_faces
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 MESH_SUFFIXES = (".obj", ".stl", ".ply")
 """File formats of `read_mesh`."""

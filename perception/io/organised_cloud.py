@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
+from numpy.typing import NDArray
 
 from eyehand.errors import InputError
 
 from ..frame import CameraIntrinsics, DepthFrame
+from .intrinsics import CameraFile
 from .point_table import PointTable
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from .intrinsics import CameraFile
 
 MAX_PIXEL_ERROR = 1.0
 """Maximum distance, px, between a point's projection and its pixel in a pinhole image."""

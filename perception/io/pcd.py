@@ -9,9 +9,10 @@ long (open3d 0.20: 65 ms and 87 ms, against 16 ms here).
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from eyehand.errors import InputError
 
@@ -27,11 +28,6 @@ from .point_table import (
     unpack_rgb,
     whole_number,
 )
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from numpy.typing import NDArray
 
 FIELD_TYPES = {("F", 4), ("F", 8)} | {(kind, size) for kind in "IU" for size in (1, 2, 4, 8)}
 """Valid pairs of TYPE and SIZE."""

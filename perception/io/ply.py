@@ -8,9 +8,9 @@ they return as many points as its header declares. On a 640 x 480 cloud they tak
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from eyehand.errors import InputError
 
@@ -25,9 +25,6 @@ from .point_table import (
     check_point_count,
     parse_rows,
 )
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 COLOUR_NAMES = (("red", "green", "blue"), ("diffuse_red", "diffuse_green", "diffuse_blue"))
 """Property names of colours, the usual ones first."""

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from eyehand.errors import InputError
 
@@ -18,9 +18,6 @@ from .ply import ply_bytes, read_ply
 from .ply_header import parse_ply_header
 from .point_table import PointTable
 from .text_points import parse_text_points, points_text
-
-if TYPE_CHECKING:
-    from numpy.typing import ArrayLike, NDArray
 
 CLOUD_SUFFIXES = (".ply", ".pcd", ".npz", ".xyz", ".txt", ".csv", ".obj", ".stl")
 """File formats of `read_cloud`."""

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
+from numpy.typing import NDArray
 
 from eyehand.errors import InputError
 
 from .point_table import load_numbers
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 COMMENTS = ("#", "//")
 """Prefixes of comment lines."""

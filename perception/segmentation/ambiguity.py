@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import ndimage
 
 from .colour_cut import colour_cut
+from .options import SegmentationOptions
 from .regions import relabel_with_reasons
 from .split_solids import split_mask
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from .options import SegmentationOptions
-    from .working_image import WorkingImage
+from .working_image import WorkingImage
 
 FLAT = "two of its parts meet without an edge"
 HIDDEN = "its parts were joined behind an occluder"

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from .median import median
 from .wall_profile import face_distances, inside_polygon, outermost_run, read_strip
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 MIN_FILL = 0.88
 """Minimum share of its smallest rectangle that a container fills. A round bowl fills 0.79."""

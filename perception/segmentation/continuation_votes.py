@@ -8,15 +8,13 @@ region agrees if its plane continues the first one and does not bend inwards.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
 from .local_planes import STEP_SIGMAS
-
-if TYPE_CHECKING:
-    from .working_image import WorkingImage
+from .working_image import WorkingImage
 
 MAX_REACH = 160
 """Maximum distance behind an occluder over which a surface is continued, px in an image of

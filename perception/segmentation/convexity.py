@@ -2,19 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
-from .label_pixels import pixels_by_label, sample_pixel
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from .label_pixels import LabelPixels
-    from .local_planes import LocalPlanes
-    from .working_image import WorkingImage
+from .label_pixels import LabelPixels, pixels_by_label, sample_pixel
+from .local_planes import LocalPlanes
+from .working_image import WorkingImage
 
 HOLLOW = -0.35
 """Maximum convexity of the inside of a vessel. A higher value takes the backs of bent sheets for

@@ -2,21 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from .container_walls import MIN_RIM, ring_rectangle
 from .enclosed_floor import is_enclosed
 from .measure_container import FoundContainer, measure_container
 from .rim_rectangles import find_rims, locate
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from .support_extent import Support
-    from .working_image import WorkingImage
+from .support_extent import Support
+from .working_image import WorkingImage
 
 MIN_SEEN, MIN_SEEN_AROUND_FLOOR = 0.75, 0.5
 """Minimum share of walls with a straight rim, and the same if the floor between them is visible."""

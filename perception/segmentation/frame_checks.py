@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .scene_warnings import SceneWarning
-
-if TYPE_CHECKING:
-    from ..frame import CameraIntrinsics, DepthFrame
-    from .scene_warnings import WarningKind
-    from .working_image import WorkingImage
+from ..frame import CameraIntrinsics, DepthFrame
+from .scene_warnings import SceneWarning, WarningKind
+from .working_image import WorkingImage
 
 FIELD_OF_VIEW_DEG = (5.0, 150.0)
 """Range of the field of view of depth cameras, with room for crops of their images, °."""

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from .local_planes import plane_of_moments
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 MIN_NOISE = 1e-3
 """Minimum noise σ of disparity, 1/m. Without it any rounding would separate the pixels of a

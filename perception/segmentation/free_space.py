@@ -2,18 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
-from .label_pixels import LINES, line_end, pixels_by_label, sample_pixel
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from .label_pixels import LabelPixels
-    from .working_image import WorkingImage
+from .label_pixels import LINES, LabelPixels, line_end, pixels_by_label, sample_pixel
+from .working_image import WorkingImage
 
 FREE_DEPTH = 0.003
 """Minimum distance of a point in free space from the surface behind it, m."""

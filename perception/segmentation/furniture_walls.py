@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from .median import median
 from .parallel_planes import MAD_TO_SIGMA, FlatReadings, parallel_planes
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from .support_extent import Support
-    from .working_image import WorkingImage
+from .support_extent import Support
+from .working_image import WorkingImage
 
 MAX_LEAN = 0.25
 """Maximum sine of the angle between a wall and the vertical."""

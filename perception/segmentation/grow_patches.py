@@ -2,19 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
-from .local_planes import STEP_SIGMAS
+from .local_planes import STEP_SIGMAS, LocalPlanes
 from .smooth_patches import MIN_PATCH, label_patches
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from .local_planes import LocalPlanes
-    from .working_image import WorkingImage
+from .working_image import WorkingImage
 
 RIM_SIGMAS = 30.0
 """Maximum distance of a pixel from the plane of the patch it joins in the second pass, in σ. The

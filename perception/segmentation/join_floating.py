@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
+from numpy.typing import NDArray
 
 from .label_pixels import pixels_by_label
+from .local_planes import LocalPlanes
 from .regions import (
     ABOVE,
     BELOW,
@@ -19,13 +19,8 @@ from .regions import (
     count_border_pairs,
     merge_regions,
 )
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from .local_planes import LocalPlanes
-    from .result import SupportPlane
-    from .working_image import WorkingImage
+from .result import SupportPlane
+from .working_image import WorkingImage
 
 MIN_FREE_SHARE = 0.8
 """Minimum share of a hanging piece's lower edge with free space below it. A lower value joins what

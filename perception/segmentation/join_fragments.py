@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
+from numpy.typing import NDArray
 
 from .label_pixels import count_labels
+from .local_planes import LocalPlanes
 from .regions import count_border_pairs, relabel_by_size
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from .local_planes import LocalPlanes
-    from .working_image import WorkingImage
+from .working_image import WorkingImage
 
 MAX_FRAGMENT = 600
 """Regions below this size are fragments if they touch a far larger one, px at the reference

@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 from scipy import ndimage
 
 from .connected_parts import ConnectedParts, connected_parts
 from .convexity import HOLLOW, region_convexity
 from .label_pixels import count_labels
+from .local_planes import LocalPlanes
 from .regions import MAX_GAP, MIN_BORDER, Borders, count_border_pairs, fill_holes, relabel_by_size
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from .local_planes import LocalPlanes
-    from .working_image import WorkingImage
+from .working_image import WorkingImage
 
 MIN_HOLLOW = 300
 """Minimum size of the inside of a vessel, px at the reference width. Noise can make fewer pixels

@@ -3,21 +3,17 @@
 from __future__ import annotations
 
 import heapq
-from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from .ambiguity import FLAT, HIDDEN, UncertainJoin
 from .label_pixels import pixels_by_label, renumber_labels
+from .local_planes import LocalPlanes
 from .patch_edges import PatchEdges, patch_edges
 from .sliver_pixels import clear_borders, measure_patches, replace_by_nearest
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from .local_planes import LocalPlanes
-    from .working_image import WorkingImage
+from .working_image import WorkingImage
 
 # Log-odds that two patches are one object, fitted by logistic regression on 1,400 labelled edges:
 # Kinect frames of a table, rendered touching, stacked and piled solids, and frames of four other

@@ -6,19 +6,16 @@ structured light in disparity does not depend on distance, so one threshold fits
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
+from ..frame import CameraIntrinsics
+from .options import SegmentationOptions
 from .row_bands import run_in_row_bands
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from ..frame import CameraIntrinsics
-    from .options import SegmentationOptions
-    from .working_image import WorkingImage
+from .working_image import WorkingImage
 
 GOOD_FIT = 2.0
 """Maximum squared error of a centred window, in σ², at which no shifted window is tried."""

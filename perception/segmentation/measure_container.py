@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from ..perpendicular import perpendicular_pair
 from .above_support import SUPPORT_SIGMAS
@@ -13,14 +14,10 @@ from .container import Container, Wall
 from .container_walls import REACH, Side, measure_sides
 from .median import median
 from .result import SupportPlane
+from .rim_rectangles import RimPlace
 from .support_extent import Support
 from .wall_profile import inside_polygon, read_window
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from .rim_rectangles import RimPlace
-    from .working_image import WorkingImage
+from .working_image import WorkingImage
 
 MEASURED_PIXELS = 60000
 """Pixels around a rim on which its walls are measured. More take longer."""

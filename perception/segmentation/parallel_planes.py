@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
+from .frame_noise import NoiseProfile
 from .local_planes import LocalPlanes, fit_centred_windows, row_normals
 from .median import median
 from .result import SupportPlane
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from .frame_noise import NoiseProfile
-    from .working_image import WorkingImage
+from .working_image import WorkingImage
 
 WIDTH = 160
 """Columns of the reduced image whose readings are counted."""

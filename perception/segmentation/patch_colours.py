@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 from functools import cache
-from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
 from numba import njit
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
+from numpy.typing import NDArray
 
 BIN_WIDTHS = (64, 16, 16)
 """Distance of the bins of a histogram in lightness, a and b, of 256. Narrow ones in lightness take

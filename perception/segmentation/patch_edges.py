@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .border_votes import (
     BEND_REACH,
@@ -21,14 +22,9 @@ from .continuation_votes import AGREEING, REACHING, continuation_limits, continu
 from .convexity import HOLLOW, region_convexity
 from .free_space import count_free_lines
 from .label_pixels import LINES, pixels_by_label
-from .local_planes import CREASE_SIGMAS, STEP_SIGMAS
+from .local_planes import CREASE_SIGMAS, STEP_SIGMAS, LocalPlanes
 from .patch_colours import colour_evidence
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from .local_planes import LocalPlanes
-    from .working_image import WorkingImage
+from .working_image import WorkingImage
 
 LONG_CONTACT = 40
 """Contact from which a border counts with full weight, px at the reference width."""

@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import cv2
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from .label_pixels import count_labels, renumber_labels
-from .local_planes import CREASE_SIGMAS, STEP_SIGMAS
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from .local_planes import LocalPlanes
-    from .working_image import WorkingImage
+from .local_planes import CREASE_SIGMAS, STEP_SIGMAS, LocalPlanes
+from .working_image import WorkingImage
 
 MAX_REGIONS = 200
 """Maximum number of regions. Only the largest ones are kept. It bounds time and memory in

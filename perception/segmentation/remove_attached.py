@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
+from numpy.typing import NDArray
 
 from .label_pixels import count_labels, renumber_labels
+from .local_planes import LocalPlanes
 from .regions import count_border_pairs
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from .local_planes import LocalPlanes
-    from .working_image import WorkingImage
+from .working_image import WorkingImage
 
 MIN_CONTACT = 0.02
 """Minimum share of a region's border in contact with the surroundings. Objects beside a wall have a

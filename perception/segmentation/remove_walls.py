@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from .above_support import BAND_WAVES, MIN_HEIGHT, SUPPORT_SIGMAS
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from .measure_container import FoundContainer
-    from .working_image import WorkingImage
+from .measure_container import FoundContainer
+from .working_image import WorkingImage
 
 WALL_BAND = 0.006
 """Distance inside and above a wall within which readings belong to it, m: the error of its

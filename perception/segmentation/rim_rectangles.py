@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from ..perpendicular import perpendicular_pair
 from .block_heights import BLOCK, LOWEST
 from .container_walls import LEVEL_BAND, MAX_THICKNESS, MIN_RIM
+from .result import SupportPlane
 from .rim_votes import (
     LAYER,
     MIN_LENGTH,
@@ -20,12 +22,7 @@ from .rim_votes import (
     side_peaks,
     vote_turns,
 )
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from .result import SupportPlane
-    from .working_image import WorkingImage
+from .working_image import WorkingImage
 
 MAX_HEIGHT = 1.2
 """Maximum height of a rim above the support, m. A container may stand on a table above the floor of

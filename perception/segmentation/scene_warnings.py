@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .connected_parts import connected_parts
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from .container import Container
-    from .result import SupportPlane
-    from .support_extent import Support
+from .container import Container
+from .result import SupportPlane
+from .support_extent import Support
 
 WarningKind = Literal[
     "no_support",

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import time
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
+from ..frame import DepthFrame
 from .above_support import above_support, candidate_window
 from .ambiguity import resolve_ambiguity
 from .block_heights import block_heights
@@ -30,18 +31,12 @@ from .result import Segmentation
 from .scene_warnings import find_warnings
 from .select_objects import select_objects
 from .smooth_patches import MIN_PATCH, label_patches, linked_pixels
+from .support_extent import Support
 from .support_plane import find_supports
 from .unknown_regions import find_unknown
 from .unreached_readings import unreached_share
 from .upsample import upsample_labels
-from .working_image import REFERENCE_WIDTH, inverse, working_image
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from ..frame import DepthFrame
-    from .support_extent import Support
-    from .working_image import WorkingImage
+from .working_image import REFERENCE_WIDTH, WorkingImage, inverse, working_image
 
 
 def segment(frame: DepthFrame, options: SegmentationOptions | None = None) -> Segmentation:

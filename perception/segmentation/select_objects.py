@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from .above_support import BOARD, OVERHANG
 from .hull_depth import depth_in_hull
@@ -13,13 +14,9 @@ from .label_pixels import count_labels, pixels_by_label, renumber_labels
 from .median import median
 from .regions import HIGH_QUANTILE, LOW_QUANTILE, MAX_REGIONS
 from .select_supports import MIN_GAP
+from .support_extent import Support
 from .walls import is_board, is_side, is_wall
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from .support_extent import Support
-    from .working_image import WorkingImage
+from .working_image import WorkingImage
 
 HULL_MARGIN = 0.012
 """Maximum distance of an object's foot outside the support's hull, m."""

@@ -2,20 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import cv2
 import numpy as np
 
 from .median import median
 from .open_edges import open_share
-from .parallel_planes import parallel_planes
-from .support_extent import locate_support
-
-if TYPE_CHECKING:
-    from .parallel_planes import FlatReadings
-    from .support_extent import Support
-    from .working_image import WorkingImage
+from .parallel_planes import FlatReadings, parallel_planes
+from .support_extent import Support, locate_support
+from .working_image import WorkingImage
 
 MAX_SUPPORTS = 4
 """Maximum number of supports."""

@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from .label_pixels import count_labels
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 
 def replace_by_nearest(

@@ -2,20 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from .connected_parts import connected_parts
 from .label_pixels import renumber_labels
-from .local_planes import row_normals
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from .local_planes import LocalPlanes
-    from .working_image import WorkingImage
+from .local_planes import LocalPlanes, row_normals
+from .working_image import WorkingImage
 
 MIN_PATCH = 40
 """Minimum size of a patch, px at the reference width. A lower value keeps thin objects, a higher

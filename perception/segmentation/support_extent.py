@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import cv2
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from ..perpendicular import perpendicular_pair
 from .above_support import SUPPORT_SIGMAS
 from .connected_parts import connected_parts
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from .result import SupportPlane
-    from .working_image import WorkingImage
+from .result import SupportPlane
+from .working_image import WorkingImage
 
 LOCATE_WIDTH = 320
 """Columns of the reduced image in which the parts of a plane are found."""

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from .above_support import SUPPORT_SIGMAS
 from .frame_noise import NoiseProfile
 from .local_planes import MIN_WINDOW_SHARE, LocalPlanes, fit_centred_windows, plane_normals
 from .median import median
+from .options import SegmentationOptions
+from .parallel_planes import FlatReadings
 from .result import SupportPlane
 from .select_supports import (
     MIN_DISTANCE,
@@ -21,13 +24,7 @@ from .select_supports import (
 )
 from .support_extent import Support, locate_support
 from .support_scatter import support_wave
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from .options import SegmentationOptions
-    from .parallel_planes import FlatReadings
-    from .working_image import WorkingImage
+from .working_image import WorkingImage
 
 CANDIDATES = 120
 """Planes that are tried as the support. More find smaller tables and take longer."""

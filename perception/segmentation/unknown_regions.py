@@ -3,20 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import RigidTransform
 
 from .above_support import SUPPORT_SIGMAS
 from .block_heights import BLOCK, LOWEST
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-    from scipy.spatial.transform import RigidTransform
-
-    from .support_extent import Support
-    from .working_image import WorkingImage
+from .support_extent import Support
+from .working_image import WorkingImage
 
 BASELINE = 0.075
 """Distance between the two eyes of a camera, or between its eye and projector, m. It bounds the

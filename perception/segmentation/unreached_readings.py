@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
+from numpy.typing import NDArray
 
 from .above_support import OVERHANG
 from .connected_parts import connected_parts
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from .support_extent import Support
-    from .working_image import WorkingImage
+from .support_extent import Support
+from .working_image import WorkingImage
 
 WIDTH = 80
 """Columns of the reduced image in which the readings are counted."""

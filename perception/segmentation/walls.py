@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
+from numpy.typing import NDArray
 
 from .hull_depth import depth_in_hull
 from .median import median
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from .support_extent import Support
+from .support_extent import Support
 
 MAD_TO_SIGMA = 1.4826
 """Ratio of standard deviation to median absolute deviation of a normal distribution."""

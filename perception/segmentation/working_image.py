@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import cv2
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
+from scipy.spatial.transform import RigidTransform
 
+from ..frame import CameraIntrinsics, DepthFrame
 from .fill_gaps import fill_gaps
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-    from scipy.spatial.transform import RigidTransform
-
-    from ..frame import CameraIntrinsics, DepthFrame
 
 REFERENCE_WIDTH = 640
 """Width of the image for which all constants in pixels are given, px."""
