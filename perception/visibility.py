@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import cv2
 import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import RigidTransform
 
+from .frame import CameraIntrinsics, DepthFrame
 from .superquadric import FreeSpace, Superquadric, SuperquadricFit, mesh
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-    from scipy.spatial.transform import RigidTransform
-
-    from .frame import CameraIntrinsics, DepthFrame
 
 OUTLINE_RESOLUTION = 24
 """Mesh resolution of an outline. A finer mesh follows rims more closely and costs time."""

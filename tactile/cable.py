@@ -4,17 +4,14 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from eyehand.errors import InputError
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from .image import TactileImage
+from .image import TactileImage
 
 OFFSET_GAIN = 16.0
 """Maximum gain of the offset across the line, 1/s."""

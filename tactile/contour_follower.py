@@ -3,23 +3,17 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .area_slope import AreaSlope
 from .contour_options import ContourOptions
 from .contour_progress import ContourProgress
-from .contour_step import ContourPoint, ContourStep
-from .rim import RimEdge, find_line_end, find_rim, fit_edge, fit_longest_edge, intersect_edges
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from .contour_step import ContourOutcome, ContourState
-    from .features import ContactFeatures
-    from .image import TactileImage
-    from .rim import Rim
+from .contour_step import ContourOutcome, ContourPoint, ContourState, ContourStep
+from .features import ContactFeatures
+from .image import TactileImage
+from .rim import Rim, RimEdge, find_line_end, find_rim, fit_edge, fit_longest_edge, intersect_edges
 
 WEAVE_ANGLE = 0.6
 """Amplitude of the sideways motion while seeking, rad. It shows where the imprint shrinks."""

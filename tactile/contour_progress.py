@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
+from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from .contour_options import ContourOptions
-    from .contour_step import ContourOutcome
+from .contour_options import ContourOptions
+from .contour_step import ContourOutcome
 
 MAX_LOST_SECONDS = 3.0
 """Maximum time without contact, s. A search may find the contact again."""

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from eyehand.errors import InputError
 
@@ -27,12 +28,8 @@ from .feature_kernels import (
     compute_features,
 )
 from .hough import HoughOptions, hough_axis
+from .image import TactileImage
 from .region import find_region
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from .image import TactileImage
 
 MAX_BORDER_SHARE = 0.05
 """Maximum share of the force on border tactels of a contact that the border does not cut off. A

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from eyehand.errors import InputError
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from .image import TactileImage
+from .image import TactileImage
 
 
 @dataclass(frozen=True)

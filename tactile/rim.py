@@ -4,17 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter
 
 from eyehand.errors import InputError
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from .image import TactileImage
+from .image import TactileImage
 
 RIM_SHARE = 0.5
 """Share of the face's pressure at the rim. Foam spreads the end of a face evenly to both sides."""

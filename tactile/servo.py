@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import astuple, dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from eyehand.errors import InputError
 
+from .features import ContactFeatures
 from .place_estimate import AGE, PLACE_X, PLACE_Y, SIDE_X, SIDE_Y
 from .selection import TRACK, SelectionMatrix
 from .servo_kernels import servo_cycle
@@ -32,11 +33,6 @@ from .servo_memory import (
 from .servo_options import MAX_WINDOW, ORIENTATION_WINDOW, ServoOptions
 from .servo_tuples import ServoSettings
 from .stiffness import INITIAL_STIFFNESS, STIFFNESS, new_stiffness
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from .features import ContactFeatures
 
 REFERENCE_AREA = 1e-3
 """Area by which a force becomes a pressure, m², so that the bounds of dp/dz hold for both."""

@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numba import njit
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
+from numpy.typing import NDArray
 
 STIFFNESS, WEIGHT, REF_PRESSURE, REF_DEPTH, ROLLED, WAITED, STARTED, UPDATES = range(8)
 """Indices of the state: the estimate (Pa/m), the weight of the past measurements (m²), pressure

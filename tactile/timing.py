@@ -4,15 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import exp
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from eyehand.errors import InputError
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 MAX_LATENCY = 20
 """Maximum latency that is tried, cycles."""

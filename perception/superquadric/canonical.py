@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from ..perpendicular import cross
 from .shape import Kind, Superquadric
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 
 def canonical(solid: Superquadric) -> Superquadric:

@@ -3,27 +3,21 @@
 from __future__ import annotations
 
 import contextlib
-from typing import TYPE_CHECKING
 
 import nlopt
 import numpy as np
+from numpy.typing import NDArray
 
 from .constraint_kernels import ray_depths, whitened_ray_depths
 from .cost_kernels import normal_equations
+from .free_space import FreeSpace
 from .kinds import basis
 from .levenberg_marquardt import add_prior
-from .parameters import N_PARAMETERS, N_STRAIGHT
-from .problem import parameter_bounds
+from .options import FitOptions
+from .parameters import N_PARAMETERS, N_STRAIGHT, ShapeParameters
+from .problem import FitProblem, parameter_bounds
+from .shape import Kind
 from .whitened_kernels import whitened_cost
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from .free_space import FreeSpace
-    from .options import FitOptions
-    from .parameters import ShapeParameters
-    from .problem import FitProblem
-    from .shape import Kind
 
 POINTS = 600
 """Points of the constrained problem. More change the solid by less than the free space does."""

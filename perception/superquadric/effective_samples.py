@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from .robust import robust_spread
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 PATCH_SIZE = 30
 """Neighbours of a patch: wide enough for the blur of a camera and the waves of a surface."""

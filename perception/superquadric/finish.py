@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 import numpy as np
 from scipy.spatial.transform import RigidTransform
@@ -12,16 +12,14 @@ from .cost_kernels import distances
 from .kinds import basis
 from .levenberg_marquardt import levenberg_marquardt
 from .model_selection import CandidateModel, criterion
+from .options import FitOptions
+from .parameters import ShapeParameters
 from .problem import FitProblem, parameter_bounds
 from .result import AMBIGUOUS_MARGIN, SHAPE_TOLERANCE, CandidateSolid, SuperquadricFit
 from .robust import robust_spread
 from .shape import Superquadric
 from .uncertainty import estimate_uncertainty
 from .validity import check_residuals, check_size
-
-if TYPE_CHECKING:
-    from .options import FitOptions
-    from .parameters import ShapeParameters
 
 SPREAD_POINTS = 300
 """Points from which the spread of the candidates is computed."""

@@ -5,16 +5,16 @@ from __future__ import annotations
 import time
 from dataclasses import replace
 from operator import attrgetter
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from eyehand.errors import InputError
 
 from .constrained import refine_in_free_space
 from .cost_kernels import normal_equations
 from .finish import candidate_solid, describe_fit, finish_fit, is_finite, refine_model
-from .free_space import OutlineShares, covered_share, outline_shares
+from .free_space import FreeSpace, OutlineShares, covered_share, outline_shares
 from .model_selection import CandidateModel, criterion, select_model
 from .occlusion import occlusion_alternatives
 from .options import FitOptions
@@ -35,11 +35,6 @@ from .validity import (
 from .vessel_fit import fit_vessel
 from .vessel_handle import add_handle
 from .view_evidence import ViewEvidence
-
-if TYPE_CHECKING:
-    from numpy.typing import ArrayLike, NDArray
-
-    from .free_space import FreeSpace
 
 FILTER_RATIO = 1.5
 """Number of points in the search for outliers, divided by the number of fitted points."""

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
@@ -15,13 +17,7 @@ from eyehand.errors import InputError
 
 from .free_space_kernels import covers_free_space
 from .parameters import ShapeParameters
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from numpy.typing import NDArray
-
-    from .shape import Superquadric
+from .shape import Superquadric
 
 OCCLUDER_GAP = 0.01
 """A reading this much nearer than the object's edge belongs to an object in front, m."""

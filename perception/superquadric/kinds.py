@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 from functools import cache
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .parameters import N_PARAMETERS
 from .shape import PARAMETER_COUNT, Kind
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
 
 EDGE_EXPONENT = 0.1
 """Exponent of the sharp edges of boxes and cylinders."""

@@ -7,17 +7,13 @@ least_squares of scipy (trf, Cauchy loss, exact Jacobian) 49 times.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from .cost_kernels import normal_equations
 from .parameters import N_STRAIGHT, CostTerms, Prior, ShapeParameters
 from .problem import FitProblem
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 _STEP_TOLERANCE = 1e-5
 """A shorter full step ends the descent."""

@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial import KDTree
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 PATCH_SIZE = 20
 """Neighbours of a patch. Their noise averages out; the distance of the surface does not."""

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from operator import attrgetter
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -13,16 +14,11 @@ from .effective_samples import effective_sample_size
 from .kinds import basis, fixed_exponents, starting_axes
 from .levenberg_marquardt import levenberg_marquardt
 from .multi_start import Minimum, distinct, search_superquadric, short_descents, two_rounds
-from .problem import EXPONENT_RANGE, parameter_bounds
+from .options import FitOptions
+from .parameters import ShapeParameters
+from .problem import EXPONENT_RANGE, FitProblem, parameter_bounds
 from .shape import PARAMETER_COUNT, Kind
 from .starts import axis_permutations, starting_boxes, swapped_axes
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from .options import FitOptions
-    from .parameters import ShapeParameters
-    from .problem import FitProblem
 
 COARSE_POINTS, COARSE_RAY_STEP = 80, 4
 """Points, and rays (every n-th), on which starts are compared: enough to separate the minima."""

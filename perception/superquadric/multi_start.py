@@ -2,23 +2,19 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Iterable
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .kinds import basis
 from .levenberg_marquardt import levenberg_marquardt
+from .options import FitOptions
+from .parameters import ShapeParameters
+from .problem import FitProblem
+from .shape import Kind
 from .starts import axis_permutations, rotated_dual, swapped_axes
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from numpy.typing import NDArray
-
-    from .options import FitOptions
-    from .parameters import ShapeParameters
-    from .problem import FitProblem
-    from .shape import Kind
 
 START_EXPONENT = 0.7
 """Exponent between round and square from which general superquadrics start."""

@@ -3,24 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .effective_samples import effective_sample_size
-from .free_space import covered_share, ray_states
-from .result import SHAPE_TOLERANCE, CandidateSolid
+from .free_space import FreeSpace, covered_share, ray_states
+from .options import FitOptions
+from .problem import Observation
+from .result import SHAPE_TOLERANCE, CandidateSolid, SuperquadricFit
 from .robust import log_square
+from .shape import Superquadric
 from .unseen_depth import with_depth
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from .free_space import FreeSpace
-    from .options import FitOptions
-    from .problem import Observation
-    from .result import SuperquadricFit
-    from .shape import Superquadric
 
 MIN_BESIDE = 3
 """Minimum number of rays on an occluder that border the object. Fewer are single pixels."""

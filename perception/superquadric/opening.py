@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Iterable
+from typing import NamedTuple
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from ..perpendicular import perpendicular_pair
 from .ring import Ring, find_ring, with_ellipse
 from .vessel import Rim
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from numpy.typing import NDArray
 
 ROUNDS = 2
 """Rounds in which rim and sectors follow each other. More rounds move the middle below 1 mm."""

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial import KDTree
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 NEIGHBOURS = 6
 """Neighbours whose mean distance decides whether a point is an outlier."""

@@ -3,29 +3,24 @@
 from __future__ import annotations
 
 import functools
+from collections.abc import Sequence
 from operator import attrgetter
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .cost_kernels import distances
 from .kinds import basis
 from .levenberg_marquardt import levenberg_marquardt
 from .multi_start import START_EXPONENT
+from .options import FitOptions
 from .parameters import ShapeParameters
+from .part_cloud import PartCloud
 from .part_cuts import propose_cuts
 from .part_kernels import seam_share, vote_parts
-from .problem import parameter_bounds
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from .options import FitOptions
-    from .part_cloud import PartCloud
-    from .problem import FitProblem
-    from .shape import Kind
+from .problem import FitProblem, parameter_bounds
+from .shape import Kind
 
 MIN_PART_POINTS = 25
 """Minimum number of points of a part."""

@@ -3,33 +3,30 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from ..perpendicular import perpendicular_pair
 from .effective_samples import MAX_SAMPLES
 from .free_space import OCCLUDER_GAP
 from .free_space_kernels import covers_free_space
+from .options import FitOptions
 from .parameters import ShapeParameters
 from .part_kernels import hides_places
 from .part_outline import DIRECTIONS, outline_planes
 from .problem import (
     SILHOUETTE_PIXELS,
+    FitProblem,
     Observation,
     build_problem,
     point_prior,
     sort_by_radius,
 )
 from .robust import robust_square, robust_squares
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from .options import FitOptions
-    from .problem import FitProblem
-    from .shape import Superquadric
+from .shape import Superquadric
 
 SEARCH_POINTS = 800
 """Points on which parts are searched. All points enter the last fit of each part."""

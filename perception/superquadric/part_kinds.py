@@ -4,26 +4,21 @@ from __future__ import annotations
 
 from dataclasses import replace
 from operator import attrgetter
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .cost_kernels import distances
 from .effective_samples import effective_sample_size
 from .kinds import basis, fixed_exponents, starting_axes
 from .levenberg_marquardt import levenberg_marquardt
 from .model_selection import CandidateModel, criterion
-from .problem import parameter_bounds
+from .options import FitOptions
+from .parameters import ShapeParameters
+from .part_cloud import PartCloud
+from .problem import FitProblem, parameter_bounds
+from .shape import Kind
 from .starts import axis_permutations, rotated_dual
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from .options import FitOptions
-    from .parameters import ShapeParameters
-    from .part_cloud import PartCloud
-    from .problem import FitProblem
-    from .shape import Kind
 
 POINTS, ITERATIONS = 200, 10
 """Points and descent steps on which the kinds are compared."""

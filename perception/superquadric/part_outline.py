@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from .work_rows import FAST_MATH
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 DIRECTIONS = 24
 """Directions in which the outline is touched."""

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from .effective_samples import MAX_SAMPLES, TRUSTED_SHARE
 from .finish import candidate_solid, describe_fit, is_finite, refine_model
+from .free_space import FreeSpace
+from .model_selection import CandidateModel
+from .options import FitOptions
 from .part_assignment import (
     PartAssignment,
     RoughPart,
@@ -21,16 +24,11 @@ from .part_assignment import (
 )
 from .part_cloud import PartCloud, prepare_part_cloud
 from .part_kinds import fit_kinds
+from .problem import FitProblem, Observation
+from .result import SuperquadricFit
 from .robust import robust_square
 from .shape import PARAMETER_COUNT, Superquadric
 from .validity import PLANE_PARAMETERS, check_residuals
-
-if TYPE_CHECKING:
-    from .free_space import FreeSpace
-    from .model_selection import CandidateModel
-    from .options import FitOptions
-    from .problem import FitProblem, Observation
-    from .result import SuperquadricFit
 
 EXPLAINED_NOISE = 0.95
 """Residuals within this share of the expected noise are explained."""

@@ -3,24 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from ..perpendicular import perpendicular_pair
 from .effective_samples import MAX_SAMPLES
+from .free_space import FreeSpace
 from .kinds import fixed_exponents
+from .options import FitOptions
+from .outliers import FilteredCloud
 from .parameters import CostTerms, Prior
-from .shape import MAX_EXPONENT, MAX_TAPER, MIN_EXPONENT
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from .free_space import FreeSpace
-    from .options import FitOptions
-    from .outliers import FilteredCloud
-    from .shape import Kind
+from .shape import MAX_EXPONENT, MAX_TAPER, MIN_EXPONENT, Kind
 
 SILHOUETTE_PIXELS = 0.5
 """Distance of the rays from the outline in pixels, added to ``silhouette_margin``, if the points

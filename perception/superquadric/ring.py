@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from .ring_kernels import SECTORS, rim_points, trimmed_circle
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 MIN_SECTORS = 0.75
 """Minimum share of the sectors that show the rim."""

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal, get_args
+from typing import Literal, get_args
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import RigidTransform
 from scipy.special import beta
 
@@ -13,9 +14,6 @@ from eyehand.errors import InputError
 
 from .radial_scale import log_radial_scale, straighten, taper_factors
 from .support_kernels import tapered_supports
-
-if TYPE_CHECKING:
-    from numpy.typing import ArrayLike, NDArray
 
 Kind = Literal["sphere", "cylinder", "ellipsoid", "box", "superquadric", "tapered"]
 """Kinds of solids, simplest first."""

@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from ..perpendicular import perpendicular_pair
 from .parameters import ShapeParameters
 from .problem import FitProblem
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 _MIN_THICKNESS = 0.1
 """Minimum semi-axis of a box as a share of its largest one: a view of one face has no depth."""

@@ -3,22 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .cost_kernels import normal_equations
 from .kinds import basis
 from .levenberg_marquardt import add_prior
-from .parameters import N_PARAMETERS, N_STRAIGHT
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from .options import FitOptions
-    from .parameters import ShapeParameters
-    from .problem import FitProblem
-    from .shape import Kind, Superquadric
+from .options import FitOptions
+from .parameters import N_PARAMETERS, N_STRAIGHT, ShapeParameters
+from .problem import FitProblem
+from .shape import Kind, Superquadric
 
 PARAMETERS = (
     "a1",

@@ -3,23 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
 from ..perpendicular import perpendicular_pair
 from .canonical import canonical
 from .free_space import covered_share
-from .result import SHAPE_TOLERANCE, CandidateSolid
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from .options import FitOptions
-    from .problem import Observation
-    from .result import SuperquadricFit
-    from .shape import Kind, Superquadric
+from .options import FitOptions
+from .problem import Observation
+from .result import SHAPE_TOLERANCE, CandidateSolid, SuperquadricFit
+from .shape import Kind, Superquadric
 
 ANCHOR_SINE = 0.45
 """Sine of the camera's elevation above the support plane from which on the plane and the upper side

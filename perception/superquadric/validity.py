@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
+from numpy.typing import NDArray
 
+from .free_space import FreeSpace
+from .options import FitOptions
+from .parameters import ShapeParameters
+from .problem import FitProblem
 from .robust import robust_spread
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from .free_space import FreeSpace
-    from .options import FitOptions
-    from .parameters import ShapeParameters
-    from .problem import FitProblem
 
 MIN_POINTS = 50
 """Minimum number of points of a fit."""

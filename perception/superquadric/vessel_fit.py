@@ -3,25 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .effective_samples import effective_sample_size
+from .free_space import FreeSpace
+from .model_selection import CandidateModel
 from .opening import Opening, find_opening
+from .options import FitOptions
 from .problem import FitProblem, Observation, build_problem
+from .result import SuperquadricFit
 from .robust import log_square
+from .shape import Superquadric
 from .vessel import UNKNOWN_WALL, Vessel
 from .vessel_outer import fit_outer_solids
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from .free_space import FreeSpace
-    from .model_selection import CandidateModel
-    from .options import FitOptions
-    from .result import SuperquadricFit
-    from .shape import Superquadric
 
 RIM_PARAMETERS = 6
 """Parameters of a vessel besides its outer solid: middle (3) and semi-axes (2) of the rim, wall."""

@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .finish import FinishFit
+from .options import FitOptions
 from .part_assignment import MIN_PART_POINTS, coarse_fit, rough_part
 from .part_cloud import prepare_part_cloud
 from .part_cuts import largest_cluster
 from .part_kinds import fit_kinds
 from .parts import part_criterion
-
-if TYPE_CHECKING:
-    from .finish import FinishFit
-    from .options import FitOptions
-    from .problem import Observation
-    from .result import SuperquadricFit
+from .problem import Observation
+from .result import SuperquadricFit
 
 HANDLE_GAP = 0.005
 """Minimum distance of the points of a handle from the outer solid, m. Lips and feet lie nearer."""

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 from operator import attrgetter
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..perpendicular import cross
 from .cost_kernels import distances
@@ -22,15 +22,11 @@ from .model_selection import (
     criterion,
 )
 from .multi_start import SHORT_TOLERANCE, START_ITERATIONS
+from .opening import Opening
+from .options import FitOptions
 from .parameters import N_PARAMETERS, ShapeParameters
 from .problem import FitProblem, parameter_bounds
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from .opening import Opening
-    from .options import FitOptions
-    from .shape import Kind
+from .shape import Kind
 
 STARTS = ((0.1, 0.0), (0.1, 0.25), (0.4, 0.0), (0.4, 0.4), (0.8, 0.4))
 """Exponent along the axis and taper from which the outer solid is searched: mugs, tumblers, vases,

@@ -8,15 +8,13 @@ point after the other.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from .parameters import N_PARAMETERS
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 FAST_MATH = {"contract", "reassoc", "arcp", "nsz"}
 """Optimisations that change rounding only; infinities and NaN keep their meaning."""
