@@ -1,10 +1,13 @@
 """Test settings that every folder shares."""
 
 import os
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 from hypothesis import settings
+
+from .browser import Page, open_page
 
 # Equal runs for everybody: the examples follow from the test alone, and a kernel's first
 # compilation may take as long as it takes.
@@ -21,3 +24,10 @@ def real_data() -> Path:
     if not folder.is_dir():
         pytest.skip(f"no real frames at {folder}: set EYEHAND_DATA to their folder")
     return folder
+
+
+@pytest.fixture(scope="session")
+def browser(tmp_path_factory) -> Iterator[Page]:
+    """Return a tab of a headless browser; skips where none is installed."""
+    with open_page(tmp_path_factory.mktemp("browser")) as page:
+        yield page

@@ -12,6 +12,8 @@ import pytest
 
 from eyehand.apps.command_table import COMMANDS
 
+from .browser import check_page
+
 ROOT = Path(__file__).resolve().parents[1]
 HOOK = runpy.run_path(str(ROOT / "docs" / "generated_pages.py"))
 
@@ -42,14 +44,27 @@ def test_every_page_is_in_the_navigation():
     assert listed == written | set(HOOK["pages"]())
 
 
-@pytest.mark.skipif(find_spec("mkdocs") is None, reason="mkdocs is not installed: extra docs")
-def test_site_builds_without_warnings_and_loads_nothing_from_other_servers(tmp_path):
-    command = [sys.executable, "-m", "mkdocs", "build", "--strict", "--site-dir", str(tmp_path)]
+@pytest.fixture(scope="module")
+def site(tmp_path_factory) -> Path:
+    """Build the site and return its folder."""
+    if find_spec("mkdocs") is None:
+        pytest.skip("mkdocs is not installed: extra docs")
+    folder = tmp_path_factory.mktemp("site")
+    command = [sys.executable, "-m", "mkdocs", "build", "--strict", "--site-dir", str(folder)]
     environment = {**os.environ, "NO_MKDOCS_2_WARNING": "1"}
     done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
-    pages = list(tmp_path.rglob("*.html"))
+    return folder
+
+
+def test_site_builds_without_warnings_and_loads_nothing_from_other_servers(site):
+    pages = list(site.rglob("*.html"))
     assert len(pages) > 25
     for page in pages:
         loaded = re.findall(r'<(?:script|img|link)[^>]*(?:src|href)="([^"]*)"', page.read_text())
         assert not [address for address in loaded if "//" in address], page.name
+
+
+@pytest.mark.parametrize("name", ["index", "commands", "results", "gallery", "guides/perceive"])
+def test_pages_of_the_site_work_in_a_browser(site, browser, name):
+    check_page(browser, (site / f"{name}.html").as_uri())

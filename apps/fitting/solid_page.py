@@ -10,6 +10,7 @@ from .page_scene import PageScene, starting_camera
 from .page_server import close_server, open_server
 from .picture_scene import picture_views
 from .solid_text import headline
+from .viewer_page import viewer_html
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -19,9 +20,8 @@ if TYPE_CHECKING:
 
 APART = 2.6
 """Distance between neighbouring clouds, in half diagonals."""
-ABOVE, LINE, LETTERS = 1.35, 0.16, 0.13
-"""Height of a caption above the middle of the cloud, line spacing and letter height, in half
-diagonals."""
+ABOVE, LETTERS = 1.2, 0.13
+"""Height of a name above the middle of its cloud, and its letter height, in half diagonals."""
 
 
 def write_page(path: Path, fits: Sequence[FittedCloud]) -> None:
@@ -41,7 +41,8 @@ def page_html(fits: Sequence[FittedCloud]) -> str:
     server = open_server()
     try:
         _draw(server, fits)
-        return server.scene.as_html()
+        lines = [f"{one.cloud.stem}: {', '.join(headline(one.fit))}" for one in fits]
+        return viewer_html(server, "Fitted solids", lines)
     finally:
         close_server(server)
 
@@ -57,16 +58,14 @@ def _draw(server: Any, fits: Sequence[FittedCloud]) -> None:
         node = f"/{number + 1}"
         drawn = PageScene(server.scene, node, fitted.cloud, place)
         drawn.draw(drawn_solids(fitted.fit))
-        title, below = headline(fitted.fit)
-        for line, text in enumerate((f"{fitted.cloud.stem}: {title}", below)):
-            server.scene.add_label(
-                f"{node}/caption {line}",
-                text,
-                position=(ABOVE - LINE * line) * up,
-                font_size_mode="scene",
-                font_scene_height=LETTERS,
-                anchor="bottom-center",
-            )
+        server.scene.add_label(
+            f"{node}/name",
+            fitted.cloud.stem,
+            position=tuple(ABOVE * up),
+            font_size_mode="scene",
+            font_scene_height=LETTERS,
+            anchor="bottom-center",
+        )
     # One cloud has the viewpoint of the live page. Several are seen from the front.
     if len(fits) > 1:
         position = 0.3 * wide * up + (1.5 + 0.55 * wide) * front.towards

@@ -44,7 +44,8 @@ def capture_card(number: int, capture: Capture, record: DemoRecord) -> str:
         '<div class="two"><div><h3>Tasks of the approach</h3>'
         f"{_task_table(pick)}</div><div><h3>Selected and rejected grasps</h3>"
         f"{_rejected(pick)}</div></div>"
-        f"<h3>Phases and contact forces</h3>{pick_timeline(pick, record.fingers)}"
+        '<h3>Phases and contact forces</h3><div class="wide" tabindex="0" role="region" '
+        f'aria-label="contact forces">{pick_timeline(pick, record.fingers)}</div>'
         f"{_numbers(capture)}</section>"
     )
 
@@ -52,9 +53,12 @@ def capture_card(number: int, capture: Capture, record: DemoRecord) -> str:
 def final_capture_card(number: int, capture: Capture, record: DemoRecord) -> str:
     """Return the card of a capture without a pick."""
     remaining = "".join(f"<li>{escape(line)}</li>" for line in record.report.remaining)
+    title, about = "Last capture", stop_text(record.report)
+    if number < len(record.captures):
+        title, about, remaining = "Capture without a pick", "nothing was grasped", ""
     return (
-        f'<section class="card" id="capture{number}"><div class="head"><h2>Last capture</h2>'
-        f'<span class="faint">{escape(stop_text(record.report))}</span></div>{_pictures(capture)}'
+        f'<section class="card" id="capture{number}"><div class="head"><h2>{title}</h2>'
+        f'<span class="faint">{escape(about)}</span></div>{_pictures(capture)}'
         f"{f'<h3>Remaining objects</h3><ul>{remaining}</ul>' if remaining else ''}</section>"
     )
 

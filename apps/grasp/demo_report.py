@@ -90,6 +90,7 @@ def _video(record: DemoRecord) -> str:
         source = data_url(film.read_bytes(), "video/mp4")
     return (
         '<div class="card"><video controls muted loop playsinline preload="metadata" '
+        'aria-label="film of the picks" '
         f'src="{source}"></video></div>'
     )
 
@@ -115,7 +116,8 @@ def _summary(record: DemoRecord) -> str:
     # Explain sizes and scores once for all cards.
     terms = {term for pick in record.report.picks for term in pick.plan.score.terms}
     return (
-        f'<div class="card wide">{html_table(head, rows, numbers=(4, 5, 6))}'
+        '<div class="card wide" tabindex="0" role="region" aria-label="table of the picks">'
+        f"{html_table(head, rows, numbers=(4, 5, 6))}"
         f'<p class="legend">{SIZE_NOTE}</p><p class="legend">{score_legend(terms)}</p></div>'
     )
 

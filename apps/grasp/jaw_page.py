@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -9,6 +10,7 @@ import numpy as np
 from eyehand.perception.superquadric import feature_curves, mesh
 
 from ..fitting.page_server import close_server, open_server
+from ..fitting.viewer_page import viewer_html
 from ..scene_json import fit_parts
 from ..scene_picture import colour_of
 from .jaw_shapes import CORNERS, FACES, drawn_grasps
@@ -25,8 +27,8 @@ INK = (34, 38, 43)
 OPACITY, PALM_OPACITY = 0.45, 0.12
 POINT_SIZE = 0.006
 """Side of a point, relative to half the diagonal of the objects."""
-LETTERS, LINE = 0.07, 0.11
-"""Height of letters and distance of lines, relative to half the diagonal of the objects."""
+LETTERS = 0.07
+"""Height of the numbers of grasps, relative to half the diagonal of the objects."""
 VIEW_DISTANCE = 2.6
 """Distance of the initial viewpoint, in half diagonals of the objects."""
 RESOLUTION = 48
@@ -40,14 +42,18 @@ def page_html(found: GraspedFrame) -> str:
     # The serialiser of viser needs a running server. Its address is not printed.
     server = open_server()
     try:
-        _draw(server, found)
-        return server.scene.as_html()
+        drawn = _draw(server, found)
+        title = f"Grasps of {Path(found.source).name}: {found.hand.name}"
+        return viewer_html(server, title, _lines(found, drawn))
     finally:
         close_server(server)
 
 
-def _draw(server: Any, found: GraspedFrame) -> None:
-    """Draw points, solids and grippers. The half diagonal of the objects is 1 in the page."""
+def _draw(server: Any, found: GraspedFrame) -> list[DrawnGrasp]:
+    """Draw points, solids and grippers, and return the drawn grasps.
+
+    The half diagonal of the objects is 1 in the page.
+    """
     points, colours = nearby_points(found)
     extent = viewed_points(found) if found.scene.objects else points
     low, high = np.percentile(extent, [0.5, 99.5], axis=0)
@@ -88,9 +94,9 @@ def _draw(server: Any, found: GraspedFrame) -> None:
     drawn = drawn_grasps(found)
     for one in drawn:
         _draw_grasp(server, one, one is drawn[0], scaled)
-    _write_list(server, found, drawn, up)
     server.initial_camera.position = tuple(VIEW_DISTANCE * axes[2])
     server.initial_camera.look_at = (0.0, 0.0, 0.0)
+    return drawn
 
 
 def _draw_grasp(server: Any, one: DrawnGrasp, with_palm: bool, scaled: Any) -> None:
@@ -115,30 +121,16 @@ def _draw_grasp(server: Any, one: DrawnGrasp, with_palm: bool, scaled: Any) -> N
     )
 
 
-def _write_list(
-    server: Any, found: GraspedFrame, drawn: list[DrawnGrasp], up: NDArray[np.float64]
-) -> None:
-    """Write one line for each drawn grasp above the scene."""
-    if drawn:
-        lines = [f"{found.hand.name}: best grasp of each object"]
-        lines += [
-            f"{one.rank}: object {one.grasp.object_label}, {1e3 * one.grasp.object_width:.0f} mm, "
-            f"{approach_name(one.grasp)}, {100 * one.grasp.success:.0f} %"
-            + ("" if one.grasp.safe else ", forbidden")
-            for one in drawn
-        ]
-    else:
-        lines = [found.grasps.reason]
-    top = 1.0 + LINE * len(lines)
-    for number, text in enumerate(lines):
-        server.scene.add_label(
-            f"/list {number}",
-            text,
-            position=tuple((top - LINE * number) * up),
-            font_size_mode="scene",
-            font_scene_height=LETTERS,
-            anchor="bottom-center",
-        )
+def _lines(found: GraspedFrame, drawn: list[DrawnGrasp]) -> list[str]:
+    """Return one line of text for each drawn grasp."""
+    if not drawn:
+        return [found.grasps.reason]
+    return [
+        f"{one.rank}: object {one.grasp.object_label}, {1e3 * one.grasp.object_width:.0f} mm wide, "
+        f"{approach_name(one.grasp)}, {100 * one.grasp.success:.0f} %"
+        + ("" if one.grasp.safe else ", forbidden")
+        for one in drawn
+    ]
 
 
 def _vertical(found: GraspedFrame) -> NDArray[np.float64]:

@@ -112,7 +112,11 @@ def _headline(rows: Sequence[Mapping[str, Any]]) -> str:
 
 def _section(title: str, body: str, note: str = "") -> str:
     about = f'<p class="about">{escape(note)}</p>' if note else ""
-    return f'<section class="card wide"><h2>{escape(title)}</h2>{about}{body}</section>'
+    label = escape(title, quote=True)
+    return (
+        f'<section class="card wide" tabindex="0" aria-label="{label}"><h2>{escape(title)}</h2>'
+        f"{about}{body}</section>"
+    )
 
 
 def _rate_cell(text: str) -> str:
@@ -158,7 +162,8 @@ def _bar(parts: Sequence[tuple[int, str, str]]) -> str:
             )
         start += width
     return (
-        '<svg class="bar" viewBox="0 0 100 10" preserveAspectRatio="none" role="img">'
+        '<svg class="bar" viewBox="0 0 100 10" preserveAspectRatio="none" role="img" '
+        'aria-label="shares of the outcomes">'
         f"{''.join(pieces)}</svg>"
     )
 

@@ -4,11 +4,14 @@ import urllib.request
 
 import numpy as np
 import pytest
+import viser
 
 from eyehand.apps.fitting.live_page import LivePage
 from eyehand.apps.fitting.page_server import ANY_PORT, close_server, open_server
 from eyehand.apps.fitting.solid_page import page_html, write_page
 from eyehand.errors import InputError
+
+from ...browser import TWO_LOOKS, check_page
 
 
 @pytest.fixture
@@ -97,3 +100,36 @@ def test_file_contains_the_whole_page(can, lens, tmp_path):
     assert 3e5 < len(html) < 5e6
     with pytest.raises(InputError, match="no folder"):
         write_page(tmp_path / "none" / "page.html", [can])
+
+
+def test_file_shows_its_text_in_a_browser(can, lens, browser, tmp_path):
+    write_page(tmp_path / "page.html", [can, lens])
+    check_page(browser, (tmp_path / "page.html").as_uri(), TWO_LOOKS)
+    browser.wait_for("document.querySelector('canvas[data-engine]') !== null")
+    text = browser.value("document.body.innerText")
+    assert "can: cylinder, 80.0 × 80.0" in text
+    assert "lens: superquadric" in text
+
+
+def test_live_page_works_in_a_browser(can, browser):
+    page = LivePage([can], ANY_PORT)
+    try:
+        check_page(browser, page.address, TWO_LOOKS, live=True)
+        browser.wait_for("document.body.innerText.includes('cylinder')")
+    finally:
+        page.close()
+
+
+def test_foreign_site_opens_no_websocket_of_a_live_page(can, browser, tmp_path):
+    page = LivePage([can], ANY_PORT)
+    try:
+        (tmp_path / "evil.html").write_text("<title>evil</title>")
+        browser.open((tmp_path / "evil.html").as_uri())
+        answer = browser.value(
+            f"new Promise(done => {{const one = new WebSocket('ws{page.address[4:]}', "
+            f"'viser-v{viser.__version__}');"
+            "one.onopen = () => done('opened'); one.onerror = () => done('refused')})"
+        )
+        assert answer == "refused"
+    finally:
+        page.close()

@@ -29,6 +29,8 @@ from eyehand.errors import InputError
 from eyehand.grasping.clearing import ClearOptions
 from eyehand.grasping.report import PhaseRecord
 
+from ...browser import check_page
+
 
 class Tags(HTMLParser):
     """A parser that counts elements and lists those that are not closed in order."""
@@ -135,6 +137,21 @@ def test_headline_names_failed_picks_of_a_cleared_table(cleared):
         picks = (replace(row, success=success),)
         result = replace(record.result, picks=picks, placed=1, total=1)
         assert f"<h1>{title}</h1>" in report_html(replace(record, result=result))
+
+
+def test_report_works_in_a_browser_and_its_headline_agrees_with_its_rows(
+    cleared, browser, tmp_path
+):
+    record, _ = cleared
+    film = tmp_path / "demo.mp4"
+    film.write_bytes(b"")
+    write_report(tmp_path / "report.html", replace(record, film=film))
+    check_page(browser, (tmp_path / "report.html").as_uri())
+    pills = browser.value("[...document.querySelectorAll('td .pill')].map(one => one.innerText)")
+    title = browser.value("document.querySelector('h1').innerText")
+    assert len(pills) == len(record.result.picks)
+    assert title == "Table cleared"
+    assert set(pills) == {"placed"}
 
 
 def test_force_plot_shows_short_impacts_and_pick_without_forces(cleared):

@@ -14,6 +14,8 @@ from eyehand.apps.main import main
 from eyehand.grasping.hands import built_in_hands, load_hand, write_hand
 from eyehand.perception import DepthFrame, read_frame, write_frame
 
+from ...browser import TWO_LOOKS, check_page
+
 NAMES = ", ".join(built_in_hands())
 SAMPLE = Path(__file__).resolve().parents[3] / "apps" / "sample" / "depth.png"
 
@@ -123,11 +125,26 @@ def test_picture_shows_the_best_grasp_in_its_colour(report, written):
     assert (picture[..., ::-1] == (0, 158, 115)).all(axis=2).sum() > 500
 
 
-def test_page_holds_the_list_of_grasps(tmp_path, capsys):
+@pytest.fixture
+def page(written, capsys) -> Path:
+    """Return the 3D page of one run on the sample frame."""
     pytest.importorskip("viser")
-    page = tmp_path / "a.html"
-    assert run(SAMPLE, "--stroke", 90, "--page", page, capsys=capsys)[0] == 0
-    assert page.read_text().lstrip().lower().startswith("<!doctype html")
+    file = written / "a.html"
+    if not file.exists():
+        assert run(SAMPLE, "--stroke", 90, "--page", file, capsys=capsys)[0] == 0
+    return file
+
+
+def test_page_holds_the_list_of_grasps(page):
+    text = page.read_text()
+    assert text.lstrip().lower().startswith("<!doctype html")
+    assert "<title>Grasps of depth.png: generic</title>" in text
+    assert "object 3, 67 mm wide, " in text
+
+
+def test_page_works_in_a_browser(page, browser):
+    check_page(browser, page.as_uri(), TWO_LOOKS)
+    browser.wait_for("document.querySelector('canvas[data-engine]') !== null")
 
 
 def test_known_table_corrects_the_depth(capsys):

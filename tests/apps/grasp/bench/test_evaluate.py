@@ -43,6 +43,8 @@ from eyehand.apps.grasp.bench.summary_table import table_cells
 from eyehand.apps.main import main
 from eyehand.errors import InputError
 
+from ....browser import check_page
+
 
 @pytest.fixture
 def run(made_up, monkeypatch, capsys):
@@ -99,6 +101,11 @@ def test_default_run_has_seven_rows_and_writes_files(run, tmp_path):
     assert chart is not None
     assert chart.shape[1] == 1600
     assert len((tmp_path / "evaluate.csv").read_text().splitlines()) == 8
+
+
+def test_report_works_in_a_browser(run, tmp_path, browser):
+    assert run("evaluate", "grasp", "--scenes", 2, "--jobs", 1, "--out", tmp_path)[0] == 0
+    check_page(browser, (tmp_path / "report.html").as_uri())
 
 
 def test_run_continues_and_refuses_other_options(run, tmp_path, monkeypatch, made_up):

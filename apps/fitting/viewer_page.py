@@ -1,0 +1,52 @@
+"""Self-contained pages with a 3D view and its text, for screens of all sizes, light and dark."""
+
+from __future__ import annotations
+
+from html import escape
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+STYLE = """
+  :root { color-scheme: light dark; }
+  body { margin: 0; font: 15px/1.5 system-ui, sans-serif; }
+  h1 { font-size: 17px; margin: 0 0 4px; }
+  ul { list-style: none; margin: 0; padding: 0; }
+  #text { position: absolute; z-index: 2; left: 0; bottom: 0; padding: 14px 18px;
+    max-width: 44em; pointer-events: none; }
+  /* On a narrow screen the view is almost square. Else its sides would be cut off. */
+  @media (max-aspect-ratio: 1) {
+    #root { height: 90vw !important; }
+    #text { position: static; }
+  }
+"""
+LIGHT = "{darkMode:false}"
+BY_BROWSER = '{darkMode:matchMedia("(prefers-color-scheme: dark)").matches}'
+"""Settings of the viewer in the page: as viser writes them, and chosen by the reader's browser."""
+
+
+def viewer_html(server: Any, title: str, lines: Sequence[str]) -> str:
+    """Return a page with the scene of a viser server, a title and lines of text.
+
+    Parameters
+    ----------
+    server
+        The running `viser.ViserServer`. viser is imported only where a server is opened.
+    title
+        Title in plain text.
+    lines
+        Lines in plain text that say what the view shows.
+    """
+    items = "".join(f"<li>{escape(line)}</li>" for line in lines)
+    text = f'<div id="text"><h1>{escape(title)}</h1><ul>{items}</ul></div>'
+    page = server.scene.as_html().replace(LIGHT, BY_BROWSER, 1)
+    for mark, instead in (
+        ("<title>Viser</title>", f"<title>{escape(title)}</title>"),
+        ("</head>", f"<style>{STYLE}</style></head>"),
+        ('<div id="root">', f'{text}<div id="root" role="region" aria-label="3D view">'),
+    ):
+        before, found, after = page.rpartition(mark)
+        assert found, f"viser writes other pages: no {mark}"
+        page = before + instead + after
+    return page
