@@ -162,6 +162,7 @@ EXTRAS: dict[str, str] = {
     "depthai": "oak",
     "gymnasium_robotics": "robots",
     "mujoco_menagerie": "robots",
+    "mcap": "ros",
     "distributed": "cluster",
     "mink": "baselines",
     "open3d": "baselines",

@@ -10,7 +10,8 @@ import numpy as np
 
 from eyehand.errors import InputError
 
-from .calibration_curves import LEVELS, BenchRun, fit_characteristic, fit_linear, tabulate
+from .calibration_curves import BenchRun, check_bits, fit_characteristic, fit_curves, fit_linear
+from .curve_kernels import curve_pressures, rest_noise
 from .feature_kernels import read_pressures
 from .image import TactileArray, TactileImage
 
@@ -28,6 +29,8 @@ tactel with a smaller range is dead."""
 DEAD_SHARE = 0.5
 """Minimum reading of a working tactel, as a fraction of its reading at rest. Contact can only raise
 the reading, because foam cannot pull."""
+MAX_READING = 65535
+"""Maximum of uint16."""
 DEAD_SIGMAS = 10.0
 """Deviation from the reading at rest, in standard deviations, at which a tactel is dead."""
 
@@ -58,8 +61,11 @@ class Calibration:
     the bench."""
     dead: NDArray[np.bool_]
     """Mask of the tactels without a valid reading, (N,)."""
+    bits: int = 12
+    """Bits of the converter, 1 to 16."""
 
     def __post_init__(self) -> None:
+        check_bits(self.bits)
         count = len(self.rest)
         if self.raws.shape != self.pressures.shape or self.raws.ndim != 2 or count < 1:
             raise InputError(
@@ -83,9 +89,9 @@ class Calibration:
         return int(np.count_nonzero(~self.dead))
 
     @cached_property
-    def table(self) -> NDArray[np.float32]:
-        """Pressure of each tactel at every reading, (N, 4096), Pa."""
-        return tabulate(self.raws, self.pressures)
+    def curves(self) -> NDArray[np.float32]:
+        """Knots of each tactel's curve from reading to pressure, (N, K, 3), see `fit_curves`."""
+        return fit_curves(self.raws, self.pressures)
 
     @cached_property
     def limits(self) -> NDArray[np.int32]:
@@ -94,8 +100,10 @@ class Calibration:
         A tactel is dead below the lower limit and saturated from the upper limit on.
         """
         dead_level = np.minimum(DEAD_SHARE * self.rest, self.rest - DEAD_SIGMAS * self.noise)
-        low = np.where(self.dead, LEVELS, np.ceil(np.maximum(dead_level, 0.0)))
-        high = np.clip(np.floor(self.ceiling), 1, LEVELS - 1)
+        levels = 2**self.bits
+        # A reading of uint16 may exceed the converter's range, so dead tactels have a higher limit.
+        low = np.where(self.dead, MAX_READING + 1, np.ceil(np.maximum(dead_level, 0.0)))
+        high = np.clip(np.floor(self.ceiling), 1, levels - 1)
         return np.column_stack([low, high]).astype(np.int32)
 
     def threshold(self, sigmas: float) -> NDArray[np.float64]:
@@ -109,8 +117,8 @@ class Calibration:
         sigmas
             Distance from the reading at rest, in standard deviations of the noise.
         """
-        levels = np.clip(np.ceil(self.rest + sigmas * self.noise), 0, LEVELS - 1).astype(np.int64)
-        thresholds = self.table[np.arange(len(levels)), levels].astype(np.float64)
+        thresholds = np.empty(len(self.rest))
+        curve_pressures(self.curves, np.ceil(self.rest + sigmas * self.noise), thresholds)
         if self.dead.any() and not self.dead.all():
             thresholds[self.dead] = np.median(thresholds[~self.dead])
         return thresholds
@@ -118,7 +126,8 @@ class Calibration:
     def to_pressure(self, raw: NDArray[np.integer]) -> NDArray[np.float64]:
         """Return the pressures (N,), Pa, of raw readings (N,); 0 for a dead tactel."""
         raw = self._checked(raw)
-        pressures = self.table[np.arange(len(raw)), np.minimum(raw, LEVELS - 1)].astype(np.float64)
+        pressures = np.empty(len(raw))
+        curve_pressures(self.curves, raw, pressures)
         pressures[self.is_dead(raw)] = 0.0
         return pressures
 
@@ -131,7 +140,9 @@ class Calibration:
                 f"{len(array.positions)}"
             )
         pressures, states = np.empty(len(raw)), np.empty(len(raw), np.uint8)
-        read_pressures(raw, self.table, self.limits, array.links, array.geometry, pressures, states)
+        read_pressures(
+            raw, self.curves, self.limits, array.links, array.geometry, pressures, states
+        )
         return TactileImage(pressures, array)
 
     def is_dead(self, raw: NDArray[np.integer]) -> NDArray[np.bool_]:
@@ -175,7 +186,8 @@ def calibrate(run: BenchRun) -> Calibration:
     InputError
         If no tactel works.
     """
-    return _calibration(run, *fit_characteristic(run))
+    followed = fit_characteristic(run)
+    return _calibration(run, followed, followed)
 
 
 def calibrate_linear(run: BenchRun) -> Calibration:
@@ -188,19 +200,20 @@ def calibrate_linear(run: BenchRun) -> Calibration:
     InputError
         If no tactel works, or fewer than 3 loads are within the linear range.
     """
-    return _calibration(run, *fit_linear(run))
+    return _calibration(run, fit_characteristic(run), fit_linear(run))
 
 
 def _calibration(
-    run: BenchRun, raws: NDArray[np.float64], pressures: NDArray[np.float64]
+    run: BenchRun,
+    followed: tuple[NDArray[np.float64], NDArray[np.float64]],
+    curve: tuple[NDArray[np.float64], NDArray[np.float64]],
 ) -> Calibration:
-    followed, loads = fit_characteristic(run)
-    rest, top = followed[:, 0], followed[:, -1]
+    """Build a calibration from the fitted characteristic (readings, pressures) and its curve."""
+    (readings, loads), (raws, pressures) = followed, curve
+    rest, top = readings[:, 0], readings[:, -1]
     lowest = np.argsort(run.pressures, kind="stable")[: max(8, int(REST_SHARE * len(run.raw)))]
-    expected = np.column_stack(
-        [np.interp(run.pressures[lowest], loads[0], curve) for curve in followed]
-    )
-    noise = np.maximum((run.raw[lowest] - expected).std(axis=0, ddof=1), MIN_NOISE)
+    noise = rest_noise(run.raw[lowest], readings, run.pressures[lowest], loads[0])
+    noise = np.maximum(noise, MIN_NOISE)
     span = top - rest
     dead = span < DEAD_SIGMAS * noise
     # The pressure is 0 for every reading if the fitted line does not rise.
@@ -213,4 +226,4 @@ def _calibration(
         )
     # Use the median of the working tactels only, because most tactels of a pad may be dead.
     dead |= span < MIN_SPAN * np.median(span[~dead])
-    return Calibration(raws, pressures, rest, noise, top - noise, dead)
+    return Calibration(raws, pressures, rest, noise, top - noise, dead, run.bits)

@@ -6,16 +6,16 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
-from scipy.optimize import isotonic_regression
 
 from eyehand.errors import InputError
+
+from .curve_kernels import fit_cubics, make_monotone
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-LEVELS = 4096
-"""Number of readings of a 12-bit converter."""
+MAX_BITS = 16
+"""Maximum bits of a converter: readings are uint16."""
 LINEAR_RANGE = (100.0, 1000.0)
 """Range of pressures in which Haschke's chapter assumes a linear characteristic, Pa."""
 KNOTS = 64
@@ -37,9 +37,12 @@ class BenchRun:
     pressures: NDArray[np.float64]
     """Pressure on all tactels, (M,), Pa, >= 0, in any order. The lowest should be 0."""
     raw: NDArray[np.uint16]
-    """Readings of the tactels, (M, N), 0..4095."""
+    """Readings of the tactels, (M, N), 0 to 2**bits - 1."""
+    bits: int = 12
+    """Bits of the converter, 1 to 16."""
 
     def __post_init__(self) -> None:
+        check_bits(self.bits)
         if self.pressures.ndim != 1 or self.raw.shape[:1] != self.pressures.shape:
             raise InputError(
                 f"a bench run needs pressures (M,) and raw (M, N), got {self.pressures.shape} and "
@@ -56,10 +59,17 @@ class BenchRun:
             )
         if not np.issubdtype(self.raw.dtype, np.integer):
             raise InputError(f"raw readings must be integers, got {self.raw.dtype}")
-        if self.raw.min() < 0 or self.raw.max() >= LEVELS:
+        if self.raw.min() < 0 or self.raw.max() >= 2**self.bits:
             raise InputError(
-                f"raw readings must be in 0..{LEVELS - 1}, got {self.raw.min()}..{self.raw.max()}"
+                f"raw readings must be in 0..{2**self.bits - 1}, got "
+                f"{self.raw.min()}..{self.raw.max()}; set bits for another converter"
             )
+
+
+def check_bits(bits: int) -> None:
+    """Raise an `InputError` if the bits of a converter are out of range."""
+    if not 1 <= bits <= MAX_BITS:
+        raise InputError(f"bits must be 1 to {MAX_BITS}, got {bits}")
 
 
 def fit_linear(run: BenchRun) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -83,9 +93,10 @@ def fit_linear(run: BenchRun) -> tuple[NDArray[np.float64], NDArray[np.float64]]
         )
     design = np.column_stack([np.ones(np.count_nonzero(inside)), run.pressures[inside]])
     (start, gain), *_ = np.linalg.lstsq(design, run.raw[inside].astype(np.float64), rcond=None)
-    rising = (gain > 0) & (start < LEVELS - 1)
+    highest = 2.0**run.bits - 1.0
+    rising = (gain > 0) & (start < highest)
     start = np.where(rising, start, 0.0)
-    top = np.full(len(gain), LEVELS - 1.0)
+    top = np.full(len(gain), highest)
     with np.errstate(divide="ignore", invalid="ignore"):
         full = np.where(rising, (top - start) / gain, 0.0)
     return np.column_stack([start, top]), np.column_stack([np.zeros(len(gain)), full])
@@ -100,28 +111,22 @@ def fit_characteristic(run: BenchRun) -> tuple[NDArray[np.float64], NDArray[np.f
     """
     groups = _group_pressures(run.pressures)
     pressures = np.array([run.pressures[group].mean() for group in groups])
-    raw = np.array([run.raw[group].mean(axis=0) for group in groups])
-    rising = [isotonic_regression(column, weights=[len(g) for g in groups]).x for column in raw.T]
-    return np.array(rising), np.tile(pressures, (run.raw.shape[1], 1))
+    rising = np.empty((run.raw.shape[1], len(groups)))
+    for k, group in enumerate(groups):
+        rising[:, k] = run.raw[group].mean(axis=0)
+    make_monotone(rising, np.array([float(len(group)) for group in groups]))
+    return rising, np.broadcast_to(pressures, rising.shape)
 
 
-def tabulate(raws: NDArray[np.float64], pressures: NDArray[np.float64]) -> NDArray[np.float32]:
-    """Return each tactel's pressure at every reading, (N, 4096), Pa, >= 0, not decreasing.
+def fit_curves(raws: NDArray[np.float64], pressures: NDArray[np.float64]) -> NDArray[np.float32]:
+    """Return each tactel's curve as knots of a monotone cubic, (N, K, 3), for the kernels.
 
-    Between knots it is a monotone cubic (Fritsch and Carlson 1980), beyond them the pressure of the
-    outermost knot.
+    Fields are reading, pressure and slope, see `curve_kernels.fit_cubics`. Beyond the knots, the
+    pressure is that of the outermost knot.
     """
-    table = np.empty((len(raws), LEVELS), np.float32)
-    for tactel, (raw, pressure) in enumerate(zip(raws, pressures, strict=True)):
-        # All pressures of a flat part are equally likely, so use their mean.
-        levels, where = np.unique(raw, return_inverse=True)
-        means = np.bincount(where, pressure) / np.bincount(where)
-        if len(levels) < 2:
-            table[tactel] = 0.0
-            continue
-        inside = np.clip(np.arange(LEVELS), levels[0], levels[-1])
-        table[tactel] = np.maximum(PchipInterpolator(levels, means)(inside), 0.0)
-    return table
+    curves = np.empty((*raws.shape, 3), np.float32)
+    fit_cubics(raws, pressures, curves)
+    return curves
 
 
 def _group_pressures(pressures: NDArray[np.float64]) -> list[NDArray[np.int64]]:

@@ -35,7 +35,8 @@ def save_calibration(calibration: Calibration, path: Path | str) -> None:
         raise InputError(f"cannot write {path}: folder {path.parent} does not exist")
     data = io.BytesIO()
     arrays = {name: getattr(calibration, name) for name in _ARRAYS}
-    np.savez_compressed(data, allow_pickle=False, schema=np.array(SCHEMA), **arrays)
+    arrays |= {"schema": np.array(SCHEMA), "bits": np.array(calibration.bits)}
+    np.savez_compressed(data, allow_pickle=False, **arrays)
     # `perception.io.atomic_write` is similar, but the base packages do not import one another.
     temporary = path.parent / f".{secrets.token_hex(8)}{path.suffix}"
     try:
@@ -63,12 +64,22 @@ def load_calibration(path: Path | str) -> Calibration:
             if "schema" not in archive or str(archive["schema"]) != SCHEMA:
                 raise InputError(f"schema must be {SCHEMA}")
             arrays = {name: archive[name] for name in _ARRAYS}
+            # Files of the first version have no bits: all converters had 12.
+            bits = int(archive["bits"]) if "bits" in archive else 12
     except FileNotFoundError as error:
         raise InputError(f"calibration {path} does not exist") from error
-    except (OSError, ValueError, KeyError, EOFError, AttributeError, zipfile.BadZipFile) as error:
+    except (
+        OSError,
+        ValueError,
+        TypeError,
+        KeyError,
+        EOFError,
+        AttributeError,
+        zipfile.BadZipFile,
+    ) as error:
         raise InputError(f"{path} is not a calibration: {error}") from error
     for name, values in arrays.items():
         kind = np.bool_ if name == "dead" else np.floating
         if not np.issubdtype(values.dtype, kind):
             raise InputError(f"{path}: {name} must be {kind.__name__}, got {values.dtype}")
-    return Calibration(**arrays)
+    return Calibration(**arrays, bits=bits)

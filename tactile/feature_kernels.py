@@ -9,6 +9,7 @@ import numpy as np
 from numba import njit
 from numba.np.unsafe.ndarray import to_fixed_tuple
 
+from .curve_kernels import curve_pressure
 from .moments import long_axis
 from .region import find_region
 
@@ -53,7 +54,7 @@ class Buffers(NamedTuple):
 
 
 @njit(cache=True)
-def read_pressures(raw, table, limits, links, geometry, pressures, states):
+def read_pressures(raw, curves, limits, links, geometry, pressures, states):
     """Convert raw readings (N,) to pressures (N,) Pa and states (N,) uint8.
 
     The pressure of a dead tactel is the mean of its working neighbours, weighted by 1 / distance².
@@ -61,8 +62,8 @@ def read_pressures(raw, table, limits, links, geometry, pressures, states):
 
     Parameters
     ----------
-    table
-        (N, levels) float32, pressure of each tactel at every reading, Pa.
+    curves
+        `Calibration.curves`, (N, K, 3).
     limits
         (N, 2) int32. A reading below the first value is dead. A reading at or above the second
         value is saturated.
@@ -71,15 +72,15 @@ def read_pressures(raw, table, limits, links, geometry, pressures, states):
     pressures, states
         Outputs, see `Buffers`.
     """
-    count, top = len(raw), table.shape[1] - 1
+    count = len(raw)
     dead = 0
     for tactel in range(count):
-        reading = min(int(raw[tactel]), top)
+        reading = int(raw[tactel])
         if reading < limits[tactel, 0]:
             states[tactel] = DEAD
             dead += 1
             continue
-        pressures[tactel] = table[tactel, reading]
+        pressures[tactel] = curve_pressure(curves, tactel, float(reading))
         states[tactel] = SATURATED if reading >= limits[tactel, 1] else TRUSTED
     if dead == 0:
         return
@@ -130,7 +131,7 @@ def compute_features(thresholds, links, geometry, rule, buffers):
 
 
 @njit(cache=True)
-def read_features(raw, table, limits, thresholds, links, geometry, rule, buffers):
+def read_features(raw, curves, limits, thresholds, links, geometry, rule, buffers):
     """Convert raw readings to features, and store the centre as `buffers.previous`.
 
     Without a contact, the stored centre is NaN.
@@ -138,7 +139,7 @@ def read_features(raw, table, limits, thresholds, links, geometry, rule, buffers
     The parameters are those of :func:`read_pressures` and :func:`compute_features`.
     """
     b = Buffers(*buffers)
-    read_pressures(raw, table, limits, links, geometry, b.pressures, b.states)
+    read_pressures(raw, curves, limits, links, geometry, b.pressures, b.states)
     rule = ContactRule(*to_fixed_tuple(rule, 3))  # pyright: ignore[reportCallIssue] - numba passes the first argument itself
     size = _describe(thresholds, links, geometry, rule, b)
     for axis in range(3):

@@ -68,7 +68,7 @@ class FeatureReader:
         self._values = self._buffers.values
         thresholds = calibration.threshold(self._options.sigmas)
         self._arguments = (
-            calibration.table,
+            calibration.curves,
             calibration.limits,
             thresholds,
             array.links,

@@ -7,6 +7,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.spatial import KDTree
 
 from eyehand.errors import InputError
 
@@ -35,7 +36,7 @@ class TactileArray:
     ------
     InputError
         If shapes disagree, something is not finite, normals are not unit vectors, areas are not
-        positive, or the neighbours are not mutual.
+        positive, or a pair of neighbours is wrong.
     """
 
     positions: NDArray[np.float64]
@@ -44,8 +45,8 @@ class TactileArray:
     """Unit outward normals, (N, 3)."""
     area: float
     """Sensitive area of one tactel, m²; the mean if they differ."""
-    neighbours: NDArray[np.bool_]
-    """Symmetric mask of adjacent tactels, (N, N)."""
+    neighbours: NDArray[np.int32]
+    """Pairs of adjacent tactels, (L, 2), each pair once."""
     areas: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
     """Sensitive area of each tactel, (N,), m². By default, all have `area`."""
     grid: tuple[int, int] | None = None
@@ -60,10 +61,7 @@ class TactileArray:
                 f"positions and normals must be (N, 3), got {self.positions.shape} and "
                 f"{self.normals.shape}"
             )
-        if self.neighbours.shape != (count, count):
-            raise InputError(f"neighbours must be ({count}, {count}), got {self.neighbours.shape}")
-        if not np.array_equal(self.neighbours, self.neighbours.T):
-            raise InputError("neighbours must be mutual, got a matrix that is not symmetric")
+        _check_pairs(self.neighbours, count)
         if self.areas.shape != (count,):
             raise InputError(f"areas must be ({count},), got {self.areas.shape}")
         if not (0 < self.area < np.inf and self.areas.min(initial=np.inf) > 0):
@@ -131,10 +129,58 @@ class TactileArray:
         areas = np.where(row == 3, FINGER_RADIUS**2 * FINGER_SPREAD * zone, straight)
         return cls(positions, normals, float(areas.mean()), _grid_neighbours(4, 3), areas)
 
+    @classmethod
+    def of_poses(
+        cls,
+        positions: NDArray[np.float64],
+        normals: NDArray[np.float64],
+        areas: NDArray[np.float64] | float,
+        reach: float,
+    ) -> TactileArray:
+        """Return an array of any shape; tactels within `reach` of each other are neighbours.
+
+        Parameters
+        ----------
+        positions, normals
+            Of each tactel in the sensor's frame, (N, 3), m, and unit vectors outwards.
+        areas
+            Sensitive area of each tactel, (N,), or of all, m².
+        reach
+            Maximum distance of neighbours, m: about 1.5 times the distance of the tactels.
+
+        Raises
+        ------
+        InputError
+            If a value is wrong, see :class:`TactileArray`, or the reach is not positive.
+        """
+        if not 0 < reach < np.inf or not np.isfinite(positions).all():
+            raise InputError(f"reach must be > 0 m and positions finite, got reach {reach}")
+        pairs = KDTree(positions).query_pairs(reach, output_type="ndarray").astype(np.int32)
+        each = np.broadcast_to(np.asarray(areas, np.float64), (len(positions),)).copy()
+        return cls(positions, normals, float(each.mean()), pairs, each)
+
     @cached_property
     def border(self) -> NDArray[np.bool_]:
-        """Mask of the tactels on the border, (N,)."""
-        return np.array([self._is_on_border(tactel) for tactel in range(len(self.positions))])
+        """Mask of the tactels on the border, (N,).
+
+        There, the directions of the neighbours leave a wide gap, seen along the normal.
+        """
+        start, end = self._both_ways
+        axes = tangents(self.normals)
+        offsets = self.positions[end] - self.positions[start]
+        x, y = np.einsum("lij,lj->il", axes[start], offsets)
+        angles = np.arctan2(y, x)
+        order = np.lexsort((angles, start))
+        start, angles = start[order], angles[order]
+        counts = np.bincount(start, minlength=len(self.positions))
+        firsts = np.cumsum(counts) - counts
+        # The gap after the last direction of a tactel ends at its first one, a turn later.
+        following = np.append(angles[1:], 0.0)
+        lasts = (firsts + counts - 1)[counts > 0]
+        following[lasts] = angles[firsts[counts > 0]] + 2 * np.pi
+        border = counts < 2
+        border[start[following - angles >= OPEN_GAP]] = True
+        return border
 
     @cached_property
     def links(self) -> NDArray[np.int32]:
@@ -142,9 +188,10 @@ class TactileArray:
 
         First the start of each tactel's list, then the end of the last one, then all lists.
         """
-        counts = self.neighbours.sum(axis=1)
+        start, end = self._both_ways
+        counts = np.bincount(start, minlength=len(self.positions))
         starts = len(counts) + 1 + np.concatenate([[0], np.cumsum(counts)])
-        return np.concatenate([starts, np.nonzero(self.neighbours)[1]]).astype(np.int32)
+        return np.concatenate([starts, end[np.lexsort((end, start))]]).astype(np.int32)
 
     @cached_property
     def geometry(self) -> NDArray[np.float64]:
@@ -152,15 +199,11 @@ class TactileArray:
         border = self.border.astype(np.float64)
         return np.column_stack([self.positions, self.normals, self.areas, border])
 
-    def _is_on_border(self, tactel: int) -> bool:
-        """Return whether the directions of the neighbours leave a wide gap, seen from above."""
-        offsets = self.positions[self.neighbours[tactel]] - self.positions[tactel]
-        if len(offsets) < 2:
-            return True
-        x, y = tangents(self.normals[tactel]) @ offsets.T
-        angles = np.sort(np.arctan2(y, x))
-        gaps = np.diff(angles, append=angles[0] + 2 * np.pi)
-        return bool(gaps.max() >= OPEN_GAP)
+    @property
+    def _both_ways(self) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+        """Each pair from both sides: the tactel and its neighbour, (2 L,) each."""
+        a, b = self.neighbours.T
+        return np.concatenate([a, b]), np.concatenate([b, a])
 
 
 @dataclass(frozen=True)
@@ -184,17 +227,18 @@ class TactileImage:
             raise InputError(f"pressures must be {count} finite values, got {self.pressures.shape}")
 
 
-def tangents(normal: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Compute the tangent plane's axes (2, 3): x and y, rotated as z is to `normal`.
+def tangents(normals: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Compute the axes (..., 2, 3) of tangent planes: x and y, rotated as z is to `normals`.
 
     On a flat pad these are x and y themselves. For the normal -z, that rotation is not unique; the
     axes are then x and -y.
     """
-    a, b, c = normal
-    if c <= -1.0 + 1e-12:
-        return np.array([[1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
-    d = 1.0 / (1.0 + c)
-    return np.array([[1.0 - a * a * d, -a * b * d, -a], [-a * b * d, 1.0 - b * b * d, -b]])
+    a, b, c = np.moveaxis(normals, -1, 0)
+    back = c <= -1.0 + 1e-12
+    d = 1.0 / np.where(back, 1.0, 1.0 + c)
+    axes = [[1.0 - a * a * d, -a * b * d, -a], [-a * b * d, 1.0 - b * b * d, -b]]
+    opposite = np.array([[1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
+    return np.where(back[..., None, None], opposite, np.moveaxis(np.array(axes), (0, 1), (-2, -1)))
 
 
 def _even_grid(
@@ -210,8 +254,22 @@ def _even_grid(
     )
 
 
-def _grid_neighbours(rows: int, columns: int) -> NDArray[np.bool_]:
-    """Return the mask of tactels that share a side or a corner, (N, N)."""
-    v, u = (index.ravel() for index in np.mgrid[0:rows, 0:columns])
-    apart = np.maximum(abs(v[:, None] - v), abs(u[:, None] - u))
-    return apart == 1
+def _grid_neighbours(rows: int, columns: int) -> NDArray[np.int32]:
+    """Return the pairs of tactels that share a side or a corner, (L, 2)."""
+    number = np.arange(rows * columns, dtype=np.int32).reshape(rows, columns)
+    sides = [(number[:, :-1], number[:, 1:]), (number[:-1], number[1:])]
+    corners = [(number[:-1, :-1], number[1:, 1:]), (number[:-1, 1:], number[1:, :-1])]
+    return np.concatenate([np.column_stack([a.ravel(), b.ravel()]) for a, b in sides + corners])
+
+
+def _check_pairs(pairs: NDArray[np.int32], count: int) -> None:
+    """Raise an `InputError` unless the pairs (L, 2) name each two tactels at most once."""
+    if pairs.ndim != 2 or pairs.shape[1] != 2 or pairs.dtype.kind not in "iu":
+        raise InputError(
+            f"neighbours must be pairs of tactels, (L, 2) integers, got {pairs.shape} {pairs.dtype}"
+        )
+    low, high = pairs.min(axis=1).astype(np.int64), pairs.max(axis=1).astype(np.int64)
+    if len(pairs) and (low.min() < 0 or high.max() >= count or (low == high).any()):
+        raise InputError(f"neighbours must be two different tactels in 0..{count - 1}")
+    if len(np.unique(low * count + high)) < len(pairs):
+        raise InputError("each pair of neighbours must occur once")

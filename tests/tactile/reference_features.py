@@ -23,7 +23,8 @@ def reference_features(
 ) -> dict:
     """Return the features of the largest region. Of equal regions, take the one with more force."""
     active = np.flatnonzero(pressures > thresholds)
-    links = csr_matrix(array.neighbours[np.ix_(active, active)])
+    pairs, count = array.neighbours, len(pressures)
+    links = csr_matrix((np.ones(len(pairs)), pairs.T), (count, count))[active][:, active]
     count, labels = connected_components(links, directed=False)
     regions = [active[labels == k] for k in range(count)]
     forces = pressures * array.areas

@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.interpolate import PchipInterpolator
+from scipy.optimize import isotonic_regression
 
 from eyehand.errors import InputError
 from eyehand.tactile import (
@@ -17,6 +19,8 @@ from eyehand.tactile import (
     load_calibration,
     save_calibration,
 )
+from eyehand.tactile.calibration_curves import fit_curves
+from eyehand.tactile.curve_kernels import curve_pressure, make_monotone
 
 from .synthetic_pad import SyntheticPad
 
@@ -58,10 +62,49 @@ def test_calibration_estimates_noise_and_rest_reading():
 
 
 @settings(deadline=None)
-@given(st.integers(0, 255), st.integers(0, 4094))
-def test_calibrated_pressure_is_monotonic_in_the_reading(tactel, reading):
+@given(st.integers(0, 4094))
+def test_calibrated_pressure_is_monotonic_in_the_reading(reading):
     for calibration in (FULL, LINEAR):
-        assert 0.0 <= calibration.table[tactel, reading] <= calibration.table[tactel, reading + 1]
+        low = calibration.to_pressure(np.full(256, reading, np.uint16))
+        assert (low >= 0.0).all()
+        # Knots are float32.
+        high = calibration.to_pressure(np.full(256, reading + 1, np.uint16))
+        assert (high >= low * (1 - 1e-6)).all()
+
+
+def test_curves_are_monotone_cubics_through_isotonic_means():
+    rng = np.random.default_rng(4)
+    means, weights = rng.normal(np.arange(40.0), 6.0, (30, 40)), rng.uniform(1, 5, 40)
+    rising = means.copy()
+    make_monotone(rising, weights)
+    for row, values in zip(rising, means, strict=True):
+        assert np.allclose(row, isotonic_regression(values, weights=weights).x)
+    pressures = np.tile(np.geomspace(5.0, 1e4, 40), (30, 1))
+    curves, at = fit_curves(rising, pressures), np.linspace(rising.min() - 5, rising.max() + 5, 200)
+    for number, raw in enumerate(rising):
+        levels, where = np.unique(raw, return_inverse=True)
+        expected = np.bincount(where, pressures[number]) / np.bincount(where)
+        cubic = PchipInterpolator(levels, expected)(np.clip(at, levels[0], levels[-1]))
+        found = [curve_pressure(curves, number, reading) for reading in at]
+        assert np.allclose(found, np.maximum(cubic, 0.0), rtol=1e-4, atol=0.05)
+
+
+def test_converter_with_16_bits_is_calibrated_to_its_last_counts():
+    pad, rng = SyntheticPad.draw(16), np.random.default_rng(0)
+    loads = np.concatenate([np.zeros(50), np.repeat(np.geomspace(5.0, 1e4, 100), 4)])
+
+    def raw(pressure: float) -> np.ndarray:
+        fine = 16.0 * (pad.offset + pad.span * pressure / (pressure + pad.half))
+        return np.rint(fine + rng.normal(0, 8.0, 16)).astype(np.uint16)
+
+    run = BenchRun(loads, np.array([raw(load) for load in loads]), bits=16)
+    found = calibrate(run)
+    assert run.raw.max() > 40000
+    assert np.allclose(found.to_pressure(raw(3000.0)), 3000.0, rtol=0.01)
+    features = FeatureReader(found, TactileArray.flat(4, 4)).read(raw(3000.0))
+    assert features.pressure == pytest.approx(3000.0, rel=0.01)
+    with pytest.raises(InputError, match="bits"):
+        BenchRun(loads, run.raw, bits=17)
 
 
 def test_thresholds_lie_just_above_the_noise():
@@ -96,7 +139,7 @@ def test_working_tactels_are_calibrated_when_most_are_broken(make, alive):
     found, reference = make(BenchRun(run.pressures, raw)), make(run)
     assert np.array_equal(np.flatnonzero(found.dead), np.sort(broken))
     assert found.working == alive
-    assert np.array_equal(found.table[~found.dead], reference.table[~found.dead])
+    assert np.array_equal(found.curves[~found.dead], reference.curves[~found.dead])
     # Broken tactels must read zero for every raw value.
     readings = PAD.raw(np.full(256, 3000.0), rng)
     readings[broken] = rng.choice([0, 4095], len(broken))
@@ -163,7 +206,17 @@ def test_saved_calibration_loads_unchanged(calibration, tmp_path):
     save_calibration(calibration, path)
     assert [child.name for child in tmp_path.iterdir()] == ["pad.npz"]
     found = load_calibration(path)
-    for name in ("raws", "pressures", "rest", "noise", "ceiling", "dead", "table", "limits"):
+    for name in (
+        "raws",
+        "pressures",
+        "rest",
+        "noise",
+        "ceiling",
+        "dead",
+        "bits",
+        "curves",
+        "limits",
+    ):
         assert np.array_equal(getattr(found, name), getattr(calibration, name))
 
 

@@ -6,6 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from eyehand.tactile import FeatureOptions, TactileArray, TactileImage, contact_features
+from eyehand.tactile.calibration_curves import fit_curves
 from eyehand.tactile.feature_kernels import DEAD, SATURATED, read_pressures
 
 from .reference_features import reference_features
@@ -153,13 +154,14 @@ def test_contact_at_border_is_reported():
 
 def test_dead_tactels_are_interpolated_by_distance_weighted_mean():
     array = ARRAYS["flat"]
-    reference = np.tile(np.arange(4096, dtype=np.float32), (256, 1))
+    ends = np.tile([0.0, 4095.0], (256, 1))
+    curves = fit_curves(ends, ends)
     limits = np.tile(np.array([0, 4000], np.int32), (256, 1))
-    limits[[100, 117, 0, 1, 16, 17], 0] = 4096
+    limits[[100, 117, 0, 1, 16, 17], 0] = 65536
     raw = np.arange(256, dtype=np.uint16)
     raw[50] = 4050
     pressures, states = np.empty(256), np.empty(256, np.uint8)
-    read_pressures(raw, reference, limits, array.links, array.geometry, pressures, states)
+    read_pressures(raw, curves, limits, array.links, array.geometry, pressures, states)
     sides, corners = [99, 101, 84, 116], [83, 85, 115]
     mean = (sum(sides) + 0.5 * sum(corners)) / (4 + 1.5)
     assert pressures[100] == pytest.approx(mean)
