@@ -74,6 +74,10 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "eyehand.apps.grasp.bench.stress:stress_grasp",
         "make picks harder until they break, and chart where",
     ),
+    "touch view": (
+        "eyehand.apps.touch.view:touch_view",
+        "show a tactile sensor or a recording live in the browser, and record it",
+    ),
     "experiment fig1": (
         "eyehand.apps.motion.fig1:experiment_fig1",
         "Fig. 1: the path of a hand around obstacles, by the weight of avoidance",
@@ -133,6 +137,7 @@ GROUPS: dict[str, str] = {
     "evaluate": "measure a stage against known truth",
     "chart": "chart a stage's speed against its accuracy",
     "stress": "make a stage's task harder until it breaks, and chart where",
+    "touch": "see what a tactile sensor feels",
     "experiment": "run a figure, table or section of the chapter",
 }
 """First word of a two-word command → one-line help."""
@@ -147,7 +152,6 @@ RENAMED: dict[str, str] = {
         f"touch {name}": f"experiment {name}"
         for name in ("features", "cop", "track", "roll", "edge", "cable", "seek", "explore")
     },
-    "touch": "experiment NAME",
 }
 """Former command → what it is called now."""
 
@@ -176,6 +180,7 @@ NEEDED: dict[str, tuple[str, ...]] = {
     "chart": ("matplotlib",),
     "chart grasp": ("matplotlib", "pyarrow"),
     "stress": ("matplotlib",),
+    "touch": ("viser",),
     "experiment": ("matplotlib",),
 }
 """Command or group → modules of extras that it needs, checked before it starts to work."""

@@ -18,6 +18,7 @@ PACKAGES = (
     "control",
     "control.tasks",
     "tactile",
+    "tactile.sensors",
     "data_synth",
     "data_synth.scenes",
     "data_synth.render",

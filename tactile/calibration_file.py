@@ -16,6 +16,10 @@ from .calibration import Calibration
 SCHEMA = "eyehand.calibration/1"
 """Name and version of the format."""
 _ARRAYS = ("raws", "pressures", "rest", "noise", "ceiling", "dead")
+_DAMAGES = (
+    OSError, ValueError, TypeError, KeyError, EOFError, AttributeError, zipfile.BadZipFile,
+)  # fmt: skip
+"""Exceptions by which `np.load` reports a damaged file."""
 
 
 def save_calibration(calibration: Calibration, path: Path | str) -> None:
@@ -33,14 +37,10 @@ def save_calibration(calibration: Calibration, path: Path | str) -> None:
         raise InputError(f"a calibration must be a .npz file, got {path}")
     if not path.parent.is_dir():
         raise InputError(f"cannot write {path}: folder {path.parent} does not exist")
-    data = io.BytesIO()
-    arrays = {name: getattr(calibration, name) for name in _ARRAYS}
-    arrays |= {"schema": np.array(SCHEMA), "bits": np.array(calibration.bits)}
-    np.savez_compressed(data, allow_pickle=False, **arrays)
     # `perception.io.atomic_write` is similar, but the base packages do not import one another.
     temporary = path.parent / f".{secrets.token_hex(8)}{path.suffix}"
     try:
-        temporary.write_bytes(data.getvalue())
+        temporary.write_bytes(calibration_bytes(calibration))
         temporary.replace(path)
     except PermissionError as error:
         raise InputError(f"cannot write {path}: {error.strerror}") from error
@@ -48,6 +48,15 @@ def save_calibration(calibration: Calibration, path: Path | str) -> None:
         raise DeviceError(f"cannot write {path}: {error.strerror or error}") from error
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def calibration_bytes(calibration: Calibration) -> bytes:
+    """Return the content of a calibration file."""
+    data = io.BytesIO()
+    arrays = {name: getattr(calibration, name) for name in _ARRAYS}
+    arrays |= {"schema": np.array(SCHEMA), "bits": np.array(calibration.bits)}
+    np.savez_compressed(data, allow_pickle=False, **arrays)
+    return data.getvalue()
 
 
 def load_calibration(path: Path | str) -> Calibration:
@@ -58,28 +67,34 @@ def load_calibration(path: Path | str) -> Calibration:
     InputError
         If the file does not exist, is not a calibration, or has another version.
     """
-    path = Path(path)
     try:
-        with np.load(path, allow_pickle=False) as archive:
+        data = Path(path).read_bytes()
+    except FileNotFoundError as error:
+        raise InputError(f"calibration {path} does not exist") from error
+    except OSError as error:
+        raise InputError(f"cannot read calibration {path}: {error.strerror}") from error
+    return read_calibration(data, str(path))
+
+
+def read_calibration(data: bytes, name: str) -> Calibration:
+    """Read a calibration from the content of a file; `name` is for messages.
+
+    Raises
+    ------
+    InputError
+        If the content is not a calibration, or has another version.
+    """
+    try:
+        with np.load(io.BytesIO(data), allow_pickle=False) as archive:
             if "schema" not in archive or str(archive["schema"]) != SCHEMA:
                 raise InputError(f"schema must be {SCHEMA}")
             arrays = {name: archive[name] for name in _ARRAYS}
-            # Files of the first version have no bits: all converters had 12.
+            # Files of earlier versions have no bits: all converters had 12.
             bits = int(archive["bits"]) if "bits" in archive else 12
-    except FileNotFoundError as error:
-        raise InputError(f"calibration {path} does not exist") from error
-    except (
-        OSError,
-        ValueError,
-        TypeError,
-        KeyError,
-        EOFError,
-        AttributeError,
-        zipfile.BadZipFile,
-    ) as error:
-        raise InputError(f"{path} is not a calibration: {error}") from error
-    for name, values in arrays.items():
-        kind = np.bool_ if name == "dead" else np.floating
+    except _DAMAGES as error:
+        raise InputError(f"{name} is not a calibration: {error}") from error
+    for field, values in arrays.items():
+        kind = np.bool_ if field == "dead" else np.floating
         if not np.issubdtype(values.dtype, kind):
-            raise InputError(f"{path}: {name} must be {kind.__name__}, got {values.dtype}")
+            raise InputError(f"{name}: {field} must be {kind.__name__}, got {values.dtype}")
     return Calibration(**arrays, bits=bits)

@@ -20,9 +20,19 @@ Phase = Literal["move", "hold", "task", "search", "back_off", "ended"]
 - ended: no motion.
 """
 
+SensorFault = Literal["sensor_stopped", "sensor_repeats", "tactels_lost", "sensor_fault"]
+"""A fault of the tactile sensor.
+
+- sensor_stopped: no image arrives any more.
+- sensor_repeats: the same image arrives again and again.
+- tactels_lost: too few tactels are neither dead nor saturated.
+- sensor_fault: features that are not finite.
+"""
+
 Outcome = Literal[
     "done", "unreachable", "no_contact", "contact_lost", "overload", "oscillation",
-    "steady_miss", "unsteady_contact", "at_border", "no_resistance", "sensor_fault",
+    "steady_miss", "unsteady_contact", "at_border", "no_resistance",
+    "sensor_stopped", "sensor_repeats", "tactels_lost", "sensor_fault",
 ]  # fmt: skip
 """The result of a touch.
 
@@ -38,7 +48,7 @@ Outcome = Literal[
   faster than the pad can move. Noise has the same effect.
 - at_border: the contact stays at the pad's border.
 - no_resistance: pressing does not raise the pressure.
-- sensor_fault: too few trusted tactels, or features that are not finite.
+- sensor_stopped, sensor_repeats, tactels_lost, sensor_fault: see `SensorFault`.
 """
 
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from .features import ContactFeatures
-    from .phase_step import Outcome, Phase
+    from .phase_step import Outcome, Phase, SensorFault
     from .servo import TactileServo
 
 MAX_POSITION_ERROR, MAX_ANGLE_ERROR = 0.002, 0.02
@@ -62,8 +62,6 @@ NEAR_GOAL = 0.5
 LOW_GOAL_SHARE = 0.5
 """Share of the goal pressure that counts as contact, if it is below `PhaseOptions.touch_pressure`.
 A low goal must start the task too."""
-MIN_TRUSTED = 0.75
-"""Share of trusted tactels below which the pad is not used."""
 
 
 class TouchPhases:
@@ -113,7 +111,7 @@ class TouchPhases:
         pose_error: tuple[float, float] | None = None,
         external: NDArray[np.float64] | None = None,
         measured: NDArray[np.float64] | None = None,
-        trusted: float = 1.0,
+        fault: SensorFault | None = None,
     ) -> PhaseStep:
         """Compute phase and twist of this cycle.
 
@@ -129,8 +127,8 @@ class TouchPhases:
             External twist of the task, (6,), in the sensor's frame; used during the task only.
         measured
             Twist of the sensor since the last cycle, (6,), as for :meth:`TactileServo.step`.
-        trusted
-            Share of tactels that are neither dead nor saturated.
+        fault
+            Fault of the sensor, as `sensors.SensorMonitor` reports it. The pad then backs off.
 
         Returns
         -------
@@ -146,16 +144,16 @@ class TouchPhases:
             features.force + features.pressure + features.area + features.orientation
             + features.confidence + features.centre[0] + features.centre[1]
         )  # fmt: skip
-        faulty = not finite or trusted < MIN_TRUSTED
+        fault = fault or (None if finite else "sensor_fault")
         in_task = self.phase == "task"
         # During the task, the servo checks both inputs.
-        if faulty or not in_task:
+        if fault or not in_task:
             _check_inputs(dt, external)
         self._phase_time += dt
         self._clock += dt
-        if faulty:
+        if fault:
             if self.outcome is None:
-                self._end("sensor_fault")
+                self._end(fault)
             return self._step_without_sensor(dt)
         touching = bool(features)
         twist = self.servo.step(features, dt, external if in_task else None, measured).twist

@@ -94,7 +94,7 @@ def run_contact(
     for cycle in range(round((seconds + RETREAT_SECONDS) / CYCLE)):
         if end_cycle is None and cycle >= round(seconds / CYCLE):
             break
-        step = phases.step(pad.features, CYCLE, trusted=pad.trusted)
+        step = phases.step(pad.features, CYCLE, fault=pad.fault)
         if step.outcome and end_cycle is None:
             end_cycle = cycle
         touching = bool(pad.features)

@@ -22,6 +22,7 @@ from eyehand.data_synth.pad import (
     run_bench,
 )
 from eyehand.tactile import FeatureReader, calibrate
+from eyehand.tactile.sensors import SensorInfo, SensorMonitor, TactileFrame
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
 
     from eyehand.data_synth.pad import TactileReadout, TouchObject
     from eyehand.tactile import Calibration, ContactFeatures, FeatureOptions
+    from eyehand.tactile.sensors import SensorFault
 
 CYCLE = 1.0 / CONTROL_RATE
 """Duration of a control cycle, s."""
@@ -89,7 +91,7 @@ class CarriedPad:
         self._place = np.array(place, float)
         self._rotation = Rotation.from_rotvec([np.pi, 0.0, 0.0]) * Rotation.from_rotvec(lean)
         readout, calibration = _calibrated(electronics)
-        model, data, softness = _compiled(objects, mass)
+        model, data, softness = compiled_world(objects, mass)
         self._data = data
         self._put()
         import_mujoco().mj_kinematics(model, data)
@@ -105,8 +107,10 @@ class CarriedPad:
             model, data, (pad,), image_rate=CONTROL_RATE, seed=electronics.seed
         )
         self._reader = FeatureReader(calibration, pad.array, features)
-        self.trusted = calibration.working / TACTELS
-        """Fraction of tactels that work according to the calibration."""
+        info = SensorInfo("stressed pad", pad.array, CONTROL_RATE)
+        self._monitor = SensorMonitor(info, calibration)
+        self.fault: SensorFault | None = None
+        """Fault of the sensor in the last cycle."""
         self._velocity = np.zeros(6)
         self._waiting = np.zeros(6)
         self.force = 0.0
@@ -153,6 +157,7 @@ class CarriedPad:
 
         reading = self._simulation.advance(duration=CYCLE, on_step=move)[-1][0]
         self.force = reading.force
+        self.fault = self._monitor.check(TactileFrame(reading.time, reading.raw), CYCLE)
         self.features = self._reader.read(reading.raw)
 
     def _put(self) -> None:
@@ -166,7 +171,13 @@ def _calibrated(electronics: Electronics) -> tuple[TactileReadout, Calibration]:
     return readout, calibrate(run_bench(readout, seed=electronics.seed))
 
 
-def _compiled(objects: Sequence[TouchObject], mass: float | None) -> tuple[Any, Any, dict]:
+def compiled_world(
+    objects: Sequence[TouchObject], mass: float | None = None
+) -> tuple[Any, Any, dict]:
+    """Return model, data and softness of a carrier and of objects, with mocap bodies in order.
+
+    Objects with a mass lie free on a table.
+    """
     mujoco = import_mujoco()
     spec = mujoco.MjSpec()
     spec.option.timestep = 1.0 / IMAGE_RATE

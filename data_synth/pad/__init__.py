@@ -12,6 +12,7 @@ from .pad_options import PadOptions
 from .pad_scene import Arm, PadScene, PlacedObject, pad_scene, padded_arm
 from .pad_simulation import CONTROL_RATE, PadSample, PadSimulation
 from .sensor_model import SENSORS, SensorModel
+from .simulated_sensor import SimulatedSensor
 from .tactel_spread import POINT_SPREAD_M, spread_weights
 from .tactile_pad import IMAGE_RATE, PAD_SITE, TactilePad
 from .tactile_readout import TactileReadout
@@ -47,6 +48,7 @@ __all__ = [
     "Part",
     "PlacedObject",
     "SensorModel",
+    "SimulatedSensor",
     "TactilePad",
     "TactileReadout",
     "TouchObject",

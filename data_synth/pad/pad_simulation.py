@@ -100,6 +100,8 @@ class PadSimulation:
         self._qpos = model.jnt_qposadr[driven] if driven else np.zeros(0, np.int64)
         self._dofs = model.jnt_dofadr[driven] if driven else np.zeros(0, np.int64)
         self._physics = model.nv > len(driven)
+        self.image_rate = image_rate
+        """Images per second."""
         self._period = 1.0 / image_rate
         self._rng = np.random.default_rng(seed)
         self._start = 0.0

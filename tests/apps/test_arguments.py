@@ -101,7 +101,6 @@ def test_demo_rejects_zero_failures(capsys):
         (("control",), "stress motion"),
         (("touch", "track", "--quick"), "experiment track"),
         (("touch", "stress"), "stress touch"),
-        (("touch",), "experiment NAME"),
         (("evaluate", "--scenes", "1"), "evaluate grasp"),
     ],
 )

@@ -13,6 +13,7 @@ from scipy.spatial.transform import RigidTransform
 
 from eyehand.apps.main import main
 from eyehand.apps.mesh_file import mesh_bytes
+from eyehand.apps.touch.view_sources import open_source
 from eyehand.data_synth import LBR_ARM
 from eyehand.data_synth.cell import GraspRobot
 from eyehand.grasping import HandModel
@@ -20,6 +21,7 @@ from eyehand.perception import DepthFrame, Superquadric, read_frame, write_cloud
 from eyehand.perception.cameras import record_frames
 from eyehand.perception.io import write_png
 from eyehand.perception.superquadric import mesh
+from eyehand.tactile.sensors import record
 
 ROOT = Path(__file__).resolve().parents[2]
 README = (ROOT / "README.md").read_text()
@@ -45,6 +47,7 @@ PRINTED = {
     "from eyehand.grasping import load_hand": "% safe",
     "from eyehand.control": "reached",
     "import numpy": "ended: clear",
+    "from eyehand.data_synth.pad": "no fault, phase task",
 }
 """What an example prints, by its first line's beginning."""
 
@@ -66,6 +69,8 @@ def folder(tmp_path, monkeypatch) -> Path:
     (tmp_path / "out" / "scene").mkdir(parents=True)
     frame = read_frame(tmp_path / "apps" / "sample" / "depth.png")
     record_frames(tmp_path / "out" / "look.mcap", [DepthFrame(frame.depth, frame.intrinsics)])
+    sensor, calibration = open_source("good", 0)
+    record(sensor, tmp_path / "out" / "touch.mcap", 3.0, calibration)
     for file in (tmp_path / "apps" / "sample").iterdir():
         shutil.copy(file, tmp_path / "out" / "scene")
     write_png(tmp_path / "robot.png", np.eye(*frame.depth.shape, dtype=np.uint16))

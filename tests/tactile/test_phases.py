@@ -15,7 +15,7 @@ from eyehand.tactile import phases as phases_module
 from eyehand.tactile.error_watchdog import ErrorWatchdog
 from eyehand.tactile.oscillation_detector import OscillationDetector
 from eyehand.tactile.phase_options import PhaseOptions
-from eyehand.tactile.phase_step import Outcome
+from eyehand.tactile.phase_step import Outcome, SensorFault
 from eyehand.tactile.phases import TouchPhases
 from eyehand.tactile.selection import PRESS, TRACK
 from eyehand.tactile.servo import ServoGoal, TactileServo
@@ -93,7 +93,7 @@ def test_finish_while_arm_moves_ends_without_motion():
 
 
 @pytest.mark.parametrize("phase", ["move", "hold", "task", "back_off"])
-@pytest.mark.parametrize("trusted", [1.0, 0.0])
+@pytest.mark.parametrize("fault", [None, "tactels_lost"])
 @pytest.mark.parametrize(
     "cycle",
     [
@@ -104,11 +104,11 @@ def test_finish_while_arm_moves_ends_without_motion():
         {"dt": DT, "external": np.array([math.inf, -math.inf, 0.0, 0.0, 0.0, 0.0])},
     ],
 )
-def test_invalid_cycle_is_rejected_in_every_phase(phase, trusted, cycle):
+def test_invalid_cycle_is_rejected_in_every_phase(phase, fault, cycle):
     machine = TouchPhases(TactileServo(), OPTIONS)
     machine.phase = phase
     with pytest.raises(InputError, match="a cycle needs dt > 0 s"):
-        machine.step(NO_CONTACT, trusted=trusted, **cycle)
+        machine.step(NO_CONTACT, fault=fault, **cycle)
 
 
 def test_approach_without_object_ends_as_no_contact():
@@ -333,26 +333,25 @@ def test_threshold_at_noise_level_does_not_start_task():
     assert world.position[2] < 0.06
 
 
-def test_sensor_fault_only_when_too_many_tactels_are_dead():
+def test_task_is_done_with_a_fifth_of_the_tactels_dead():
     world = make_world("box")
     world.dead = np.flatnonzero(np.random.default_rng(0).random(256) < 0.2)
     machine = TouchPhases(TactileServo(), OPTIONS)
-    run_phases(world, machine, trusted=0.8)
+    run_phases(world, machine)
     assert machine.outcome == "done"
-    machine = TouchPhases(TactileServo(), OPTIONS)
 
-    def kill_all_tactels(cycle, world, machine):
-        if cycle == 300:
-            world.dead = np.arange(256)
 
-    world = make_world("box")
+@pytest.mark.parametrize("fault", get_args(SensorFault))
+def test_sensor_fault_in_the_task_has_its_name_and_pad_backs_off(fault):
+    world, machine = make_world("box"), TouchPhases(TactileServo(), OPTIONS)
     peak, step, cycle = 0.0, None, 0
     while step is None or step.phase != "ended":
-        kill_all_tactels(cycle, world, machine)
-        step = machine.step(world.features(), DT, trusted=0.0 if cycle >= 300 else 1.0)
+        if cycle == 300:
+            world.dead = np.arange(256)
+        step = machine.step(world.features(), DT, fault=fault if cycle >= 300 else None)
         world.step(step.twist)
         peak, cycle = max(peak, world.force()), cycle + 1
-    assert machine.outcome == "sensor_fault"
+    assert machine.outcome == fault
     assert world.force() == 0.0
     assert peak < 8.0
 

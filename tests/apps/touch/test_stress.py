@@ -33,7 +33,7 @@ def test_contact_is_held_within_bounds(name, value):
     ("name", "value", "outcome"),
     [("gain-box", 4.0, "oscillation"), ("landing-box", 200.0, "overload"),
      ("border", 42.0, "at_border"), ("blobs", 1.0, "unsteady_contact"),
-     ("saturated", 30.0, "sensor_fault"), ("dead", 95.0, "sensor_fault"),
+     ("saturated", 30.0, "tactels_lost"), ("dead", 95.0, "tactels_lost"),
      ("coming", 20.0, "steady_miss")],
 )  # fmt: skip
 def test_failure_beyond_limit_has_outcome_and_pad_retracts(name, value, outcome):

@@ -1,0 +1,112 @@
+"""The live page of a tactile sensor: heat map, features, and a button that zeroes it."""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..fitting.page_server import HOST, close_server, open_server
+from .touch_picture import SIZE, touch_picture
+
+if TYPE_CHECKING:
+    from eyehand.tactile.sensors import ContactReading, ContactSensor
+
+TITLE = "eyehand touch"
+UPDATE_SECONDS = 0.05
+"""Wall time between two updates of the page, s."""
+MIN_FULL = 200.0
+"""Minimum pressure of the brightest colour, Pa: noise alone stays dark."""
+FADE = 0.98
+"""Factor of that pressure per update, until the present maximum is reached."""
+
+
+class TouchPage:
+    """A page that shows a sensor. Use it as a context.
+
+    Parameters
+    ----------
+    contact
+        The calibrated sensor.
+    unit
+        Unit of pressures: "Pa", or "counts" without calibration.
+    port
+        Port of the page. If it is taken, the next free port is used.
+
+    Raises
+    ------
+    InputError
+        If no port can be opened.
+    """
+
+    def __init__(self, contact: ContactSensor, unit: str, port: int) -> None:
+        self._contact, self._unit = contact, unit
+        self._server = open_server(port, TITLE)
+        gui: Any = self._server.gui
+        gui.configure_theme(show_logo=False, show_share_button=False, control_width="large")
+        info = contact.sensor.info
+        gui.add_markdown(
+            f"### {info.name}\n{len(info.array.positions)} tactels, {info.bits} bits, "
+            f"{info.rate:g} images per second"
+        )
+        self._picture = gui.add_image(np.zeros((SIZE, SIZE, 3), np.uint8), format="png")
+        self.text: Any = gui.add_markdown("No image yet.")
+        """The line of features below the picture."""
+        self.zero: Any = gui.add_button("zero", hint="nothing may touch the sensor")
+        self.zero.on_click(lambda _: setattr(self, "zero_wanted", True))
+        self.zero_wanted = False
+        """Whether the button was pressed."""
+        self._full, self._shown = MIN_FULL, 0.0
+
+    @property
+    def address(self) -> str:
+        """URL of the page."""
+        return f"http://{HOST}:{self._server.get_port()}"
+
+    def __enter__(self) -> TouchPage:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        close_server(self._server)
+
+    def show(self, reading: ContactReading) -> None:
+        """Show a reading, at most 20 times a second."""
+        now = time.monotonic()
+        if now - self._shown < UPDATE_SECONDS:
+            return
+        self._shown = now
+        image = self._contact.image
+        self._full = max(float(image.pressures.max()), FADE * self._full, MIN_FULL)
+        with self._server.atomic():
+            self._picture.image = touch_picture(
+                image, reading.features, self._full, reading.side_force
+            )
+            self.text.content = self._text(reading)
+
+    def say(self, message: str) -> None:
+        """Show a message in place of the features."""
+        self.text.content = message
+
+    def _text(self, reading: ContactReading) -> str:
+        f, unit = reading.features, self._unit
+        lines = [f"brightest colour: {self._full:.0f} {unit}"]
+        if reading.fault:
+            lines.insert(0, f"**{reading.fault.replace('_', ' ')}**")
+        if not f:
+            return "\n\n".join(["no contact", *lines])
+        x, y = 1e3 * f.centre[:2]
+        force = f"{f.force:.2f} N" if unit == "Pa" else "not calibrated"
+        rows = [
+            ("force", force),
+            ("pressure", f"{f.pressure:.0f} {unit}"),
+            ("centre", f"{x:+.1f}, {y:+.1f} mm"),
+            ("area", f"{1e4 * f.area:.2f} cm²"),
+            ("direction", f"{np.degrees(f.orientation):+.0f}° (confidence {f.confidence:.2f})"),
+            ("border, saturated", f"{100 * f.border_share:.0f} %, {f.saturated}"),
+        ]
+        if reading.side_force is not None:
+            sx, sy = reading.side_force
+            rows.append(("side force", f"{sx:+.2f}, {sy:+.2f} N"))
+        table = ["| feature | value |", "| --- | --- |", *(f"| {a} | {b} |" for a, b in rows)]
+        return "\n".join([*lines, "", *table])

@@ -1,0 +1,120 @@
+"""A calibrated sensor: images in, features and faults out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from eyehand.errors import DeviceError
+
+from ..feature_reader import FeatureReader
+from .rest_tracker import RestTracker
+from .sensor_monitor import SensorMonitor
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from ..calibration import Calibration
+    from ..features import ContactFeatures, FeatureOptions
+    from ..image import TactileImage
+    from ..phase_step import SensorFault
+    from .protocol import TactileFrame, TactileSensor
+
+MAX_STEP = 0.1
+"""Maximum time between two images by which the drift is followed, s."""
+
+
+@dataclass(frozen=True)
+class ContactReading:
+    """What a sensor feels in one control cycle."""
+
+    features: ContactFeatures
+    """Features of the newest image."""
+    fault: SensorFault | None
+    """Fault of the sensor, for `TouchPhases.step`; None if it works."""
+    frame: TactileFrame | None
+    """The newest image; None if none arrived in this cycle."""
+    side_force: NDArray[np.float64] | None
+    """Tangential force on the array along its x and y, (2,), N; None without shear."""
+
+
+class ContactSensor:
+    """Read a sensor: remove drift, calibrate, compute features, and check the sensor.
+
+    Parameters
+    ----------
+    sensor
+        The driver.
+    calibration
+        Calibration of its tactels.
+    options
+        Detection and description of a contact.
+
+    Raises
+    ------
+    InputError
+        If the calibration belongs to another number of tactels.
+    """
+
+    def __init__(
+        self,
+        sensor: TactileSensor,
+        calibration: Calibration,
+        options: FeatureOptions | None = None,
+    ) -> None:
+        self.sensor = sensor
+        self._reader = FeatureReader(calibration, sensor.info.array, options)
+        self.rest = RestTracker(calibration)
+        self._monitor = SensorMonitor(sensor.info, calibration)
+        self._time: float | None = None
+        self._features = self._reader.read(np.zeros(len(calibration.rest), np.uint16))
+
+    @property
+    def image(self) -> TactileImage:
+        """The last pressures, with dead tactels interpolated."""
+        return self._reader.image
+
+    def zero(self, images: int = 50) -> None:
+        """Zero the sensor, which nothing may touch.
+
+        Raises
+        ------
+        InputError
+            If readings change meanwhile.
+        DeviceError
+            If images do not arrive.
+        """
+        frames = [self.sensor.read() for _ in range(images)]
+        raws = [frame.raw for frame in frames if frame is not None]
+        if len(raws) < images:
+            raise DeviceError(
+                f"{self.sensor.info.name} returned {len(raws)} of {images} images for zeroing"
+            )
+        self.rest.zero(np.array(raws))
+
+    def read(self, dt: float) -> ContactReading:
+        """Wait for the next image, at most for one control period.
+
+        A driver that lost its device counts as a sensor that stopped.
+
+        Parameters
+        ----------
+        dt
+            Control period, s.
+        """
+        try:
+            frame = self.sensor.read(dt)
+        except (DeviceError, OSError):
+            frame = None
+        fault = self._monitor.check(frame, dt)
+        side_force = None
+        if frame is not None:
+            frame.check(self.sensor.info)
+            passed = 0.0 if self._time is None else frame.time - self._time
+            self._time = frame.time
+            self._features = self._reader.read(self.rest.correct(frame.raw, min(passed, MAX_STEP)))
+            if frame.shear is not None:
+                side_force = self.sensor.info.array.areas @ frame.shear
+        return ContactReading(self._features, fault, frame, side_force)

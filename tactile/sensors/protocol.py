@@ -1,0 +1,89 @@
+"""The protocol of tactile sensors: what a driver of a real or simulated array implements."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+
+from eyehand.errors import InputError
+
+from ..calibration_curves import check_bits
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from ..image import TactileArray
+
+
+@dataclass(frozen=True)
+class SensorInfo:
+    """The description of a tactile sensor.
+
+    Raises
+    ------
+    InputError
+        If the bits are not 1 to 16, or the rate is not positive.
+    """
+
+    name: str
+    """Name of the sensor, for messages and recordings."""
+    array: TactileArray
+    """Tactels in the order of the readings: a grid of rows and columns, or a list of poses."""
+    rate: float
+    """Nominal number of images per second."""
+    bits: int = 12
+    """Bits of the converter, 1 to 16."""
+    shear: bool = False
+    """Whether images contain the shear stress on each tactel."""
+
+    def __post_init__(self) -> None:
+        check_bits(self.bits)
+        if not 0 < self.rate < np.inf:
+            raise InputError(f"rate must be > 0 images per second, got {self.rate}")
+
+
+@dataclass(frozen=True)
+class TactileFrame:
+    """One image of a tactile sensor, before calibration."""
+
+    time: float
+    """Time of the image by the sensor's clock, s; the arrival for sensors without a clock."""
+    raw: NDArray[np.uint16]
+    """Readings of the tactels, (N,) uint16."""
+    shear: NDArray[np.float64] | None = None
+    """Shear stress on each tactel along the axes of `image.tangents`, (N, 2), Pa; None without."""
+
+    def check(self, info: SensorInfo) -> None:
+        """Raise an `InputError` if the image does not belong to a sensor with this description."""
+        count = len(info.array.positions)
+        if self.raw.shape != (count,) or self.raw.dtype != np.uint16:
+            raise InputError(
+                f"{info.name}: raw must be {count} uint16, got {self.raw.shape} {self.raw.dtype}"
+            )
+        shape = None if self.shear is None else self.shear.shape
+        if shape != ((count, 2) if info.shear else None):
+            raise InputError(f"{info.name}: shear must be {count} x 2 or None, got {shape}")
+        if not np.isfinite(self.time):
+            raise InputError(f"{info.name}: time must be finite, got {self.time}")
+
+
+class TactileSensor(Protocol):
+    """The driver of a tactile sensor. `eyehand.tactile.sensors` has several."""
+
+    @property
+    def info(self) -> SensorInfo:
+        """Description of the sensor."""
+        ...
+
+    def read(self, timeout: float = 1.0) -> TactileFrame | None:
+        """Wait for the next image and return it; None if none comes within the timeout, s.
+
+        A lost connection is a `DeviceError` or an `OSError`. A recording returns None at its end.
+        """
+        ...
+
+    def close(self) -> None:
+        """Release the device or the file."""
+        ...

@@ -1,0 +1,138 @@
+"""Zeroing of a tactile sensor: readings at rest drift with temperature and are tracked."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numba import njit
+
+from eyehand.errors import InputError
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from ..calibration import Calibration
+
+MIN_IMAGES = 20
+"""Minimum number of images for zeroing. Their mean has a quarter of the noise of an image."""
+MAX_MOVING_SHARE = 0.1
+"""Maximum share of tactels whose reading may change while the sensor is zeroed."""
+MOVING_SIGMAS = 6.0
+"""Deviation from its mean, in standard deviations of the noise, at which a reading changes."""
+FREE_SIGMAS = 4.0
+"""Deviation from rest, in standard deviations of the noise, below which a tactel is untouched."""
+TRACK_TIME = 5.0
+"""Time constant of the tracking, s. It averages the noise of a second at 5 images and more."""
+MAX_DRIFT_RATE = 0.3
+"""Maximum rate of the tracking, counts per second of a 12-bit converter: three times the drift of
+the harshest sensor model. A contact just below `FREE_SIGMAS`, 8 counts with a noise of 2, is
+absorbed in 27 s at the least."""
+
+
+class RestTracker:
+    """Remove the drift of the readings at rest.
+
+    Tactels without contact follow their own reading slowly. Tactels in contact follow the mean
+    drift of the others, because temperature moves all tactels in one direction. Readings that are
+    dead or at full scale stay unchanged.
+
+    Parameters
+    ----------
+    calibration
+        Calibration of the sensor.
+    """
+
+    def __init__(self, calibration: Calibration) -> None:
+        self._rest, self._noise = calibration.rest, calibration.noise
+        self._limits, self._dead = calibration.limits, calibration.dead
+        self._top = 2**calibration.bits - 1
+        self._max_rate = MAX_DRIFT_RATE * 2.0 ** (calibration.bits - 12)
+        self.offsets: NDArray[np.float64] = np.zeros(len(self._rest))
+        """Present drift of each tactel since its calibration, (N,), counts."""
+        self._corrected = np.zeros(len(self._rest), np.uint16)
+
+    def zero(self, raws: NDArray[np.uint16]) -> None:
+        """Take the mean of images (M, N) as the readings at rest. Nothing may touch the sensor.
+
+        Raises
+        ------
+        InputError
+            If there are fewer than 20 images, or readings of many tactels change meanwhile.
+        """
+        if raws.ndim != 2 or raws.shape[1] != len(self._rest) or len(raws) < MIN_IMAGES:
+            raise InputError(
+                f"zeroing needs {MIN_IMAGES} images or more of {len(self._rest)} tactels, got "
+                f"{raws.shape}"
+            )
+        means = raws.mean(axis=0)
+        # The second half against the first: noise averages out, a contact that moves does not.
+        halves = raws[: len(raws) // 2].mean(axis=0) - raws[len(raws) // 2 :].mean(axis=0)
+        limit = MOVING_SIGMAS * self._noise * np.sqrt(4.0 / len(raws))
+        moving = float(np.mean((abs(halves) > np.maximum(limit, 1.0)) & ~self._dead))
+        if moving > MAX_MOVING_SHARE:
+            raise InputError(
+                f"readings of {100 * moving:.0f} % of the tactels change while the sensor is "
+                f"zeroed, at most {100 * MAX_MOVING_SHARE:.0f} % may; keep it free of contact"
+            )
+        self.offsets[:] = np.where(self._dead, 0.0, means - self._rest)
+
+    def correct(self, raw: NDArray[np.uint16], dt: float) -> NDArray[np.uint16]:
+        """Return the readings (N,) without drift, and follow the drift by one image.
+
+        The next call overwrites the returned array.
+
+        Parameters
+        ----------
+        raw
+            Readings of the tactels, (N,).
+        dt
+            Time since the last image, s; 0 does not track.
+        """
+        track_rest(
+            raw,
+            self._rest,
+            self._noise,
+            self._limits,
+            (self._top, min(max(dt, 0.0) / TRACK_TIME, 1.0), self._max_rate * max(dt, 0.0)),
+            self.offsets,
+            self._corrected,
+        )
+        return self._corrected
+
+
+@njit(cache=True)
+def track_rest(raw, rest, noise, limits, rule, offsets, corrected):
+    """Subtract the offsets from readings and update the offsets (see :class:`RestTracker`).
+
+    Parameters
+    ----------
+    raw, rest, noise
+        (N,), counts.
+    limits
+        `Calibration.limits`.
+    rule
+        Highest reading, share by which offsets follow, and maximum change of an offset, counts.
+    offsets, corrected
+        (N,) float64 and (N,) uint16, overwritten.
+    """
+    top, share, max_change = rule
+    total, free = 0.0, 0
+    for k in range(len(raw)):
+        reading = float(raw[k])
+        if reading < limits[k, 0] or reading >= top:
+            corrected[k] = raw[k]
+            continue
+        corrected[k] = min(max(round(reading - offsets[k]), 0), top)
+        error = reading - offsets[k] - rest[k]
+        if abs(error) <= FREE_SIGMAS * noise[k]:
+            change = min(max(share * error, -max_change), max_change)
+            offsets[k] += change
+            total += change
+            free += 1
+    if free == 0:
+        return
+    for k in range(len(raw)):
+        touched = raw[k] - offsets[k] - rest[k] > FREE_SIGMAS * noise[k]
+        if touched and raw[k] >= limits[k, 0] and raw[k] < top:
+            offsets[k] += total / free

@@ -1,0 +1,153 @@
+"""Zeroing, drift, and sensors that fail in the middle of a contact."""
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from eyehand.errors import DeviceError, InputError
+from eyehand.tactile import ServoGoal, TactileArray, TactileServo, TouchPhases, calibrate
+from eyehand.tactile.sensors import ContactSensor, RestTracker, SensorInfo, TactileFrame
+
+from ..closed_loop import World
+from ..synthetic_pad import SyntheticPad
+
+PAD = SyntheticPad.draw()
+CALIBRATION = calibrate(PAD.bench())
+INFO = SensorInfo("pad", TactileArray.flat(), 250.0)
+DT = 0.004
+
+
+class WorldSensor:
+    """A sensor over a simulated world, with drift and faults."""
+
+    def __init__(self, world: World) -> None:
+        self.info, self.world = INFO, world
+        self.time, self.fault = 0.0, ""
+        self.drift = np.zeros(256)
+        self._rng = np.random.default_rng(5)
+        self._last: NDArray[np.uint16] = np.zeros(256, np.uint16)
+
+    def read(self, timeout: float = 1.0) -> TactileFrame | None:
+        """Return the pad's image of the world."""
+        self.time += DT
+        if self.fault == "unplugged":
+            raise DeviceError("gone")
+        if self.fault == "silent":
+            return None
+        if self.fault != "repeats":
+            self._last = PAD.raw(self.world.pressures(), self._rng)
+            self._last += np.rint(self.drift * self.time).astype(np.uint16)
+        if self.fault == "broken":
+            self._last[:100] = 0
+        if self.fault == "short":
+            self._last[:100] = 4095
+        return TactileFrame(self.time, self._last.copy())
+
+    def close(self) -> None:
+        """Do nothing."""
+
+
+def box(height: float = 0.0) -> World:
+    def surface(x, y):
+        return np.where(np.maximum(abs(x), abs(y)) < 0.015, height, np.inf)
+
+    return World(surface, position=np.array([0.0, 0.0, -0.005]))
+
+
+@pytest.mark.parametrize(
+    ("fault", "outcome"),
+    [
+        ("silent", "sensor_stopped"),
+        ("unplugged", "sensor_stopped"),
+        ("repeats", "sensor_repeats"),
+        ("broken", "tactels_lost"),
+        ("short", "tactels_lost"),
+        ("", "done"),
+    ],
+)
+def test_sensor_that_fails_in_contact_ends_with_its_name_and_pad_backs_off(fault, outcome):
+    sensor = WorldSensor(box())
+    contact = ContactSensor(sensor, CALIBRATION)
+    phases = TouchPhases(TactileServo(ServoGoal(pressure=800.0)))
+    peak = 0.0
+    for cycle in range(2000):
+        if cycle == 500:
+            assert phases.phase == "task"
+            sensor.fault = fault
+            if not fault:
+                phases.finish()
+        reading = contact.read(DT)
+        step = phases.step(reading.features, DT, fault=reading.fault)
+        sensor.world.step(step.twist)
+        peak = max(peak, sensor.world.force())
+        if step.phase == "ended":
+            break
+    assert (phases.phase, phases.outcome) == ("ended", outcome)
+    assert sensor.world.force() == 0.0
+    assert peak < 3.0
+
+
+def test_drift_is_followed_at_rest_and_under_contact():
+    sensor = WorldSensor(box())
+    sensor.drift = np.random.default_rng(0).normal(0.1, 0.03, 256)  # 6 counts per minute
+    contact = ContactSensor(sensor, CALIBRATION)
+    plain = ContactSensor(sensor, CALIBRATION)
+    sensor.world.position[2] = -0.01
+    for _ in range(50_000):
+        reading = contact.read(DT)
+        assert not reading.features
+    # After 200 s the readings are 20 counts above rest.
+    assert np.median(contact.rest.offsets) == pytest.approx(20.0, abs=1.5)
+    assert plain.read(DT).features
+    sensor.world.position[2] = 0.0005
+    before = contact.read(DT).features.force
+    for _ in range(10_000):
+        contact.read(DT)
+    assert contact.read(DT).features.force == pytest.approx(before, rel=0.02)
+
+
+def test_steady_contact_is_not_absorbed_by_the_tracking():
+    sensor = WorldSensor(box())
+    contact = ContactSensor(sensor, CALIBRATION)
+    sensor.world.position[2] = 0.0003
+    before = contact.read(DT).features.force
+    for _ in range(15_000):
+        contact.read(DT)
+    assert contact.read(DT).features.force == pytest.approx(before, rel=0.02)
+
+
+def test_zeroing_removes_an_offset_and_refuses_contact_that_moves():
+    tracker, rng = RestTracker(CALIBRATION), np.random.default_rng(1)
+    rests = np.array([PAD.raw(np.zeros(256), rng) for _ in range(60)]) + np.uint16(30)
+    tracker.zero(rests)
+    assert np.allclose(tracker.offsets, 30.0, atol=2.0)
+    moving = rests + np.linspace(0, 60, 60).astype(np.uint16)[:, None]
+    with pytest.raises(InputError, match="free of contact"):
+        tracker.zero(moving)
+    with pytest.raises(InputError, match="20 images"):
+        tracker.zero(rests[:10])
+    # Dead and full-scale readings keep their values, so that faults stay visible.
+    raw = rests[0].copy()
+    raw[:2] = 0, 4095
+    assert tracker.correct(raw, DT)[:2].tolist() == [0, 4095]
+
+
+def test_zeroing_a_silent_sensor_is_a_device_error():
+    sensor = WorldSensor(box())
+    sensor.fault = "silent"
+    with pytest.raises(DeviceError, match="0 of 50 images"):
+        ContactSensor(sensor, CALIBRATION).zero()
+
+
+def test_shear_becomes_side_force():
+    class Shearing(WorldSensor):
+        def read(self, timeout: float = 1.0) -> TactileFrame | None:
+            """Add shear."""
+            frame = super().read(timeout)
+            shear = np.tile([200.0, -100.0], (256, 1))
+            return frame and TactileFrame(frame.time, frame.raw, shear)
+
+    sensor = Shearing(box())
+    sensor.info = SensorInfo("pad", TactileArray.flat(), 250.0, shear=True)
+    force = ContactSensor(sensor, CALIBRATION).read(DT).side_force
+    assert force == pytest.approx(np.array([200.0, -100.0]) * 256 * 0.005**2)
