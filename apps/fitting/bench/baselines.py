@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from eyehand.perception import Superquadric, SuperquadricFit
 
 BASELINES: dict[str, str] = {
-    "moments": "eyehand.apps.fitting.bench.classic_fitters:moments_fit",
-    "radial": "eyehand.apps.fitting.bench.classic_fitters:radial_fit",
     "ems": "eyehand.apps.fitting.bench.ems:ems_fit",
 }
 """Name of a baseline → ``module:function``, a `Fitter`."""

@@ -25,12 +25,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
-from scipy.spatial.transform import Rotation
+from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.perception import Superquadric
 from eyehand.perception.superquadric import MAX_EXPONENT, MIN_EXPONENT
-
-from .classic_fitters import Cloud, normalised, principal_axes, radial_distances, solid_of
 
 OUTLIER_PRIOR = 0.1
 """Prior probability of an outlier."""
@@ -52,10 +50,24 @@ MAX_SEMI_AXIS = 4.0
 """Maximum semi-axis, in largest coordinates."""
 MIN_SEMI_AXIS = 1e-3
 """Minimum semi-axis, in the authors' units."""
+MIN_POINTS = 11
+"""Minimum number of points: the number of parameters."""
+_TINY = 1e-12
+
+
+class Cloud(NamedTuple):
+    """A cloud, centred and scaled."""
+
+    points: NDArray[np.float64]
+    """(N, 3), about their mean, in units of their root mean square radius."""
+    centre: NDArray[np.float64]
+    """(3,), m."""
+    unit: float
+    """m."""
 
 
 class State(NamedTuple):
-    """Parameters of :func:`classic_fitters.gauge_at`, and the frame of their rotation vector."""
+    """Parameters of :func:`gauge_at`, and the frame of their rotation vector."""
 
     x: NDArray[np.float64]
     frame: NDArray[np.float64]
@@ -198,3 +210,57 @@ def _dual_size(exponent: float) -> float:
     if exponent <= 1:
         return float((1 - root) * exponent + root)
     return float((root / 2 - 1) * exponent + 2 - root / 2)
+
+
+def normalised(points: NDArray[np.float64]) -> Cloud | None:
+    """Centre and scale a cloud; None if it has too few points or no extent."""
+    points = np.asarray(points, dtype=np.float64)
+    if len(points) < MIN_POINTS or not np.all(np.isfinite(points)):
+        return None
+    centre = points.mean(axis=0)
+    unit = float(np.sqrt(np.mean(np.sum((points - centre) ** 2, axis=1))))
+    if not _TINY < unit < np.inf:
+        return None
+    return Cloud((points - centre) / unit, centre, unit)
+
+
+def principal_axes(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return right-handed principal axes as columns (3, 3), by falling variance."""
+    _, axes = np.linalg.eigh(points.T @ points)
+    axes = axes[:, ::-1]
+    return axes * [1.0, 1.0, np.sign(np.linalg.det(axes))]
+
+
+def gauge_at(
+    points: NDArray[np.float64], x: NDArray[np.float64], frame: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Compute G = F^(ε1/2) at points (N, 3) for parameters (11,), (N,).
+
+    Parameters are ε1, ε2, a1, a2, a3, a rotation vector within the axes of `frame` (3, 3), and
+    the centre. The computation uses logarithms, so that small exponents do not overflow.
+    """
+    local = (points - x[8:]) @ frame @ Rotation.from_rotvec(x[5:8]).as_matrix()
+    log_x, log_y, log_z = np.log(np.maximum(np.abs(local), _TINY) / x[2:5]).T
+    across = np.logaddexp(2 / x[1] * log_x, 2 / x[1] * log_y)
+    log_f = np.logaddexp(x[1] / x[0] * across, 2 / x[0] * log_z)
+    return np.exp(0.5 * x[0] * log_f)
+
+
+def radial_distances(
+    points: NDArray[np.float64], x: NDArray[np.float64], frame: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Compute the signed distance of points (N, 3) from the surface along central rays, (N,)."""
+    radius = np.linalg.norm(points - x[8:], axis=1)
+    return radius * (1.0 - 1.0 / np.maximum(gauge_at(points, x, frame), _TINY))
+
+
+def solid_of(
+    cloud: Cloud, x: NDArray[np.float64], frame: NDArray[np.float64]
+) -> Superquadric | None:
+    """Return the solid of parameters (11,) in the frame of the points; None if not finite."""
+    if not np.all(np.isfinite(x)):
+        return None
+    e1, e2 = np.clip(x[:2], MIN_EXPONENT, MAX_EXPONENT)
+    turn = Rotation.from_matrix(frame) * Rotation.from_rotvec(x[5:8])
+    pose = RigidTransform.from_components(cloud.centre + cloud.unit * x[8:], turn)
+    return Superquadric(cloud.unit * x[2:5], (float(e1), float(e2)), pose)
