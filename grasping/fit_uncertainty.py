@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 if TYPE_CHECKING:
-    import numpy as np
     from numpy.typing import NDArray
 
     from eyehand.perception import SuperquadricFit
@@ -15,10 +16,15 @@ MAX_STD = 0.010
 its fingers."""
 
 
-def width_std(fit: SuperquadricFit, direction: NDArray[np.float64]) -> float:
-    """Return the standard deviation of the width along a unit direction (3,), m; 0 if unknown."""
-    width = fit.width(direction)
-    return 0.0 if width is None else min(width.sigma, MAX_STD)
+def width_stds(fit: SuperquadricFit, directions: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the standard deviations of the width along unit directions (K, 3), (K,), m.
+
+    They are 0 if they are unknown.
+    """
+    widths = fit.widths(directions)
+    if not widths:
+        return np.zeros(len(directions))
+    return np.minimum([width.sigma for width in widths], MAX_STD)
 
 
 def max_side_std(fit: SuperquadricFit) -> float:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from .fit_uncertainty import width_std
+from .fit_uncertainty import width_stds
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -140,7 +140,7 @@ class _MeasuredSolid:
         self.axes, self.up = axes, axes[2]
         self.widths = ends[:3] + ends[3:]
         self.centre = 0.5 * (ends[:3] - ends[3:]) @ axes
-        self.width_stds = [width_std(fit, axis) for axis in axes]
+        self.width_stds = width_stds(fit, np.asarray(axes))
 
     def axis_index(self, direction: NDArray[np.float64]) -> int:
         """Return the index of the axis that is parallel to a direction (3,)."""

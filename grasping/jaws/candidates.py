@@ -53,7 +53,7 @@ class Candidates:
     def __len__(self) -> int:
         return len(self.tip)
 
-    def take(self, index: NDArray) -> Candidates:
+    def take(self, index: NDArray | slice) -> Candidates:
         """Return a part of the candidates."""
         return Candidates(
             self.rotation[index], self.tip[index], self.object[index], self.reach[index]
@@ -193,5 +193,7 @@ def _depths(half: NDArray[np.float64], hand: ParallelHand) -> NDArray[np.float64
 
 def _half(solid: Superquadric, directions: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return half of the solid's extent along directions (m, 3), (m,), m."""
+    if not any(solid.taper):
+        return solid.support(directions) - directions @ solid.centre
     both = solid.support(np.concatenate([directions, -directions]))
     return 0.5 * both.reshape(2, -1).sum(axis=0)

@@ -47,9 +47,10 @@ def lowest_height(
 ) -> NDArray[np.float64]:
     """Return the height of the lowest corner of the open hand above the support, (n,), m."""
     boxes = np.concatenate([hand.jaw_boxes(hand.stroke), hand.fixed_boxes()])
+    middle, half = boxes.mean(axis=1), 0.5 * (boxes[:, 1] - boxes[:, 0])
     local_up = support.normal @ candidates.rotation
-    low = np.minimum(local_up[:, None] * boxes[None, :, 0], local_up[:, None] * boxes[None, :, 1])
-    return low.sum(axis=2).min(axis=1) + support.height(candidates.tip)
+    low = local_up @ middle.T - np.abs(local_up) @ half.T
+    return low.min(axis=1) + support.height(candidates.tip)
 
 
 def coarse_points(surfaces: Sequence[ObjectSurface], scene: Scene) -> PointBlocks:

@@ -13,8 +13,6 @@ from .grasp import APPROACH
 from .scoring import CLEARANCE_SIGMA, OVERLAP_MIDDLE, OVERLAP_SCALE, SAMPLE_SPACING, TILT_SIGMA
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from numpy.typing import NDArray
 
     from eyehand.perception import Scene
@@ -41,7 +39,7 @@ REACHED = 0.002
 
 def depth_error_term(
     scored: ScoredCandidates,
-    surfaces: Sequence[ObjectSurface],
+    surface: ObjectSurface,
     blocks: PointBlocks,
     scene: Scene,
     hand: ParallelHand,
@@ -49,21 +47,23 @@ def depth_error_term(
 ) -> NDArray[np.float64]:
     """Return the mean success under errors of the depth scale over that without error, (n,).
 
-    An error moves the scene along the line of sight. The hand then meets the object elsewhere, or
-    touches it, a neighbour or the support on its way. A guarded arm stops and closes there.
+    The candidates are those of one object. An error moves the scene along the line of sight. The
+    hand then meets the object elsewhere, or touches it, a neighbour or the support on its way. A
+    guarded arm stops and closes there.
     """
-    if options.depth_error <= 0.0 or len(scored.candidates) == 0:
-        return np.ones(len(scored.candidates))
+    count = len(scored.candidates)
+    if options.depth_error <= 0.0 or count == 0:
+        return np.ones(count)
     sight = scored.candidates.tip - scene.view_origin
     errors = FEW_ERRORS if options.depth_error <= SMALL_ERROR else ERRORS
     weights = np.exp(-0.5 * errors**2)
-    success = []
-    for error in errors:
-        tip = scored.candidates.tip + error * options.depth_error * sight
-        moved = scored.candidates.at(tip)
-        success.append(_success(moved, scored.opening, surfaces, scene, blocks, hand, options))
+    tips = scored.candidates.tip + options.depth_error * errors[:, None, None] * sight
+    # One call for all errors: each would take 0.3 ms.
+    index = np.tile(np.arange(count), len(errors))
+    moved = scored.candidates.take(index).at(tips.reshape(-1, 3))
+    success = _success(moved, scored.opening[index], surface, scene, blocks, hand, options)
     nominal = np.maximum(scored.terms["friction"] * scored.terms["overlap"], 1e-6)
-    return np.clip(weights @ success / (weights.sum() * nominal), 0.0, 1.0)
+    return np.clip(weights @ success.reshape(-1, count) / (weights.sum() * nominal), 0.0, 1.0)
 
 
 def sideways_term(
@@ -95,7 +95,7 @@ def sideways_term(
 def _success(
     candidates: Candidates,
     opening: NDArray[np.float64],
-    surfaces: Sequence[ObjectSurface],
+    surface: ObjectSurface,
     scene: Scene,
     blocks: PointBlocks,
     hand: ParallelHand,
@@ -106,11 +106,7 @@ def _success(
     rest = np.maximum(APPROACH - np.maximum(travel, 0.0), 0.0)
     stop = candidates.tip - rest[:, None] * candidates.rotation[:, :, 2]
     stopped = candidates.at(stop)
-    columns = np.zeros((len(candidates), 9))
-    for number, surface in enumerate(surfaces):
-        mine = candidates.object == number
-        if mine.any():
-            columns[mine] = pad_contacts(stopped.take(mine), surface, hand)
+    columns = pad_contacts(stopped, surface, hand)
     meets = columns[:, 1] > 0.0
     angle = np.arccos(np.clip(columns[:, 2:4], -1.0, 1.0))
     held = ndtr((np.arctan(options.friction) - angle) / TILT_SIGMA).prod(axis=1)

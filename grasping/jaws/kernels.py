@@ -55,6 +55,8 @@ def clearances(
             if _nearest(at, half[i], finger, fixed, False, sweep, reach) >= reach:
                 continue
             for block in range(group_start[group], group_start[group + 1]):
+                if low[side, last] < BLOCKED:
+                    break
                 at = _local(rotation[i], tip[i], centre[block])
                 reach = low[side, last] + radius[block]
                 if _nearest(at, half[i], finger, fixed, False, sweep, reach) >= reach:
@@ -196,7 +198,7 @@ def _box_travel(x, y, z, box, allowance, bound):
 
 
 @njit(cache=True)
-def contacts(rotation, tip, reach, points, normals, measured, pad, facing):
+def contacts(rotation, tip, reach, surface, blocks, measured, pad, facing):
     """Return where the pads meet an object, (n, 9); width -1 where they meet nothing.
 
     The columns are: offset of the middle along x, width, cosine of the best normal at the pad at +x
@@ -209,8 +211,9 @@ def contacts(rotation, tip, reach, points, normals, measured, pad, facing):
         Tool frames, (n, 3, 3) and (n, 3), m.
     reach
         Points farther from the tool frame along x do not count, (n,), m.
-    points, normals
-        Surface of the object, (N, 3) each, m.
+    surface, blocks
+        Points and normals of the object, (N, 3) each, m, and start, centre and radius of the
+        spheres around their blocks.
     measured
         Number of points that were measured; they come first.
     pad
@@ -221,12 +224,13 @@ def contacts(rotation, tip, reach, points, normals, measured, pad, facing):
         minimum number of such points.
     """
     out = np.zeros((len(tip), 9))
-    slab = np.empty((len(points), 3))
+    slab = np.empty((3, len(surface[0])))
     for i in range(len(tip)):
-        count, seen = _slab(rotation[i], tip[i], reach[i], points, normals, measured, pad, slab)
+        size = (reach[i], pad[0], pad[1])
+        count, seen = _slab(rotation[i], tip[i], size, surface, blocks, measured, slab)
         low, high, right, left = np.inf, np.inf, 0.0, 0.0
         if count:
-            low, high, right, left = _faces(slab[:seen], slab[seen:count], facing)
+            low, high, right, left = _faces(slab[:, :seen], slab[0, seen:count], facing)
         if np.isinf(low) or np.isinf(high) or high <= low:
             out[i, 1] = -1.0
             continue
@@ -234,28 +238,49 @@ def contacts(rotation, tip, reach, points, normals, measured, pad, facing):
         out[i, 1] = high - low
         out[i, 4] = right
         out[i, 5] = left
-        _touching(slab[:count], low, high, pad[2], out[i])
+        _touching(slab[:, :count], low, high, pad[2], out[i])
     return out
 
 
 @njit(cache=True)
-def _slab(r, tip, reach, points, normals, measured, pad, slab):
+def _slab(r, tip, size, surface, blocks, measured, slab):
     """Write x, z and cosine of the points between the pads into `slab`.
 
     Returns their number, and that of the measured ones among them, which come first.
     """
+    points, normals = surface
+    start, centre, radius = blocks
     count = 0
     seen = 0
-    for k in range(len(points)):
-        x, y, z = _local(r, tip, points[k])
-        if abs(y) > pad[0] or z > 0.0 or z < -pad[1] or abs(x) > reach:
+    for block in range(len(radius)):
+        if not _between(_local(r, tip, centre[block]), size, radius[block]):
             continue
-        slab[count, 0], slab[count, 1] = x, z
-        slab[count, 2] = r[0, 0] * normals[k, 0] + r[1, 0] * normals[k, 1] + r[2, 0] * normals[k, 2]
-        count += 1
-        if k < measured:
-            seen = count
+        for k in range(start[block], start[block + 1]):
+            at = _local(r, tip, points[k])
+            if not _between(at, size, 0.0):
+                continue
+            n = normals[k]
+            slab[0, count], slab[1, count] = at[0], at[2]
+            slab[2, count] = r[0, 0] * n[0] + r[1, 0] * n[1] + r[2, 0] * n[2]
+            count += 1
+            if k < measured:
+                seen = count
     return count, seen
+
+
+@njit(cache=True)
+def _between(at, size, radius):
+    """Return whether a sphere in the tool frame reaches into the space between the pads.
+
+    `size` is the reach along x, half of the pads' width, and their height, m.
+    """
+    x, y, z = at
+    return (
+        abs(y) <= size[1] + radius
+        and z <= radius
+        and z >= -size[2] - radius
+        and abs(x) <= size[0] + radius
+    )
 
 
 @njit(cache=True)
@@ -264,45 +289,52 @@ def _faces(seen, solid, facing):
 
     A measured side is its second outermost point, or midway between that and the solid's.
     """
-    first = np.full((2, 2), -np.inf)
-    sides = np.zeros(2)
-    for k in range(len(seen)):
-        for s in range(2):
-            sign = 1.0 - 2.0 * s
-            if sign * seen[k, 2] > facing[0]:
-                sides[s] += 1.0
-                v = sign * seen[k, 0]
-                if v > first[s, 0]:
-                    first[s, 1] = first[s, 0]
-                    first[s, 0] = v
-                elif v > first[s, 1]:
-                    first[s, 1] = v
-    ends = np.full(2, -np.inf)
+    right, right_points = _measured_face(seen, 1.0, facing[0])
+    left, left_points = _measured_face(seen, -1.0, facing[0])
+    high = low = -np.inf
     for k in range(len(solid)):
-        ends[0] = max(ends[0], solid[k, 0])
-        ends[1] = max(ends[1], -solid[k, 0])
-    for s in range(2):
-        sides[s] = 1.0 if sides[s] >= facing[1] else 0.0
-        if sides[s] == 1.0:
-            ends[s] = first[s, 1] if np.isinf(ends[s]) else 0.5 * (first[s, 1] + ends[s])
-    return -ends[1], ends[0], sides[0], sides[1]
+        high = max(high, solid[k])
+        low = max(low, -solid[k])
+    on_right, on_left = right_points >= facing[1], left_points >= facing[1]
+    if on_right:
+        high = right if np.isinf(high) else 0.5 * (right + high)
+    if on_left:
+        low = left if np.isinf(low) else 0.5 * (left + low)
+    return -low, high, 1.0 * on_right, 1.0 * on_left
+
+
+@njit(cache=True)
+def _measured_face(seen, sign, facing):
+    """Return the second largest sign · x of the points that face a pad, and their number."""
+    first = second = -np.inf
+    count = 0
+    for k in range(seen.shape[1]):
+        if sign * seen[2, k] > facing:
+            count += 1
+            value = sign * seen[0, k]
+            second = max(second, min(first, value))
+            first = max(first, value)
+    return second, count
 
 
 @njit(cache=True)
 def _touching(slab, low, high, near, out):
     """Write cosines, z range and number of the points that touch the pads into a row."""
-    best = np.array([-1.0, -1.0])
-    z_low = np.array([np.inf, np.inf])
-    z_high = np.array([-np.inf, -np.inf])
-    for k in range(len(slab)):
-        x, z, cosine = slab[k]
-        for s in range(2):
-            gap = high - x if s == 0 else x - low
-            if gap < near:
-                best[s] = max(best[s], cosine if s == 0 else -cosine)
-                z_low[s] = min(z_low[s], z)
-                z_high[s] = max(z_high[s], z)
-                out[8] += 1.0
-    out[2:4] = best
-    out[6] = max(z_low[0], z_low[1])
-    out[7] = min(z_high[0], z_high[1])
+    right = _patch(slab, 1.0, high - near)
+    left = _patch(slab, -1.0, -low - near)
+    out[2], out[3] = right[0], left[0]
+    out[6], out[7] = max(right[1], left[1]), min(right[2], left[2])
+    out[8] = right[3] + left[3]
+
+
+@njit(cache=True)
+def _patch(slab, sign, least):
+    """Return the largest cosine, the z range and the number of the points above a sign · x."""
+    best, z_low, z_high, count = -1.0, np.inf, -np.inf, 0.0
+    for k in range(slab.shape[1]):
+        if sign * slab[0, k] > least:
+            best = max(best, sign * slab[2, k])
+            z_low = min(z_low, slab[1, k])
+            z_high = max(z_high, slab[1, k])
+            count += 1.0
+    return best, z_low, z_high, count

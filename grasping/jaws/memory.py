@@ -35,7 +35,7 @@ def memory_term(
     A failed grasp pushes its object away. It is recognised by its three sizes.
     """
     term = np.ones(len(candidates))
-    sizes = np.array([surface.size for surface in surfaces])
+    sizes = np.array([surface.size for surface in surfaces]) if failed else np.zeros((0, 3))
     for grasp in failed:
         distance = np.linalg.norm(candidates.tip - grasp.position, axis=1)
         closing = np.abs(candidates.rotation[:, :, 0] @ grasp.closing)

@@ -42,6 +42,8 @@ class PointBlocks:
     """Spheres of the groups; `start` counts blocks."""
     label: NDArray[np.int64]
     """Object of each group, (G,); -1 for none."""
+    order: NDArray[np.int64]
+    """Index of each point in the joined groups, (N,)."""
 
 
 def point_blocks(
@@ -51,7 +53,8 @@ def point_blocks(
     filled = [(group, label) for group, label in zip(groups, labels, strict=True) if len(group)]
     if not filled:
         none = Spheres(np.zeros(1, np.int64), np.zeros((0, 3)), np.zeros(0))
-        return PointBlocks(np.zeros((0, 3)), none, none, np.zeros(0, np.int64))
+        empty = np.zeros(0, np.int64)
+        return PointBlocks(np.zeros((0, 3)), none, none, empty, empty)
     cloud = np.concatenate([group for group, _ in filled]).astype(np.float64, copy=False)
     count = np.array([len(group) for group, _ in filled])
     group = np.repeat(np.arange(len(count)), count)
@@ -68,6 +71,7 @@ def point_blocks(
         blocks=blocks,
         groups=Spheres(first, whole.centre, whole.radius),
         label=np.array([label for _, label in filled], np.int64),
+        order=order,
     )
 
 

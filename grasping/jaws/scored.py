@@ -30,13 +30,15 @@ class ScoredCandidates:
     """Factors of the probability of success by name, (n,) each."""
     clearance: NDArray[np.float64]
     """Clearance from the own object and from others, (n, 2), m; zero before it is known."""
+    hidden: NDArray[np.float64]
+    """Share of each fingertip that other objects hide, (n, 2); zero before it is known."""
 
     @property
     def total(self) -> NDArray[np.float64]:
         """Product of the terms, (n,)."""
         return np.prod(list(self.terms.values()), axis=0)
 
-    def take(self, index: NDArray) -> ScoredCandidates:
+    def take(self, index: NDArray | slice) -> ScoredCandidates:
         """Return a part."""
         contact = self.contact
         return ScoredCandidates(
@@ -51,13 +53,12 @@ class ScoredCandidates:
             self.opening[index],
             {name: term[index] for name, term in self.terms.items()},
             self.clearance[index],
+            self.hidden[index],
         )
 
 
-def join_scored(parts: Sequence[ScoredCandidates]) -> ScoredCandidates | None:
-    """Return the candidates of all objects in one table; None if there are none."""
-    if not parts:
-        return None
+def join_scored(parts: Sequence[ScoredCandidates]) -> ScoredCandidates:
+    """Return the candidates of several tables, at least one, in one table."""
     tables = [part.contact for part in parts]
     return ScoredCandidates(
         Candidates.join([part.candidates for part in parts]),
@@ -71,4 +72,5 @@ def join_scored(parts: Sequence[ScoredCandidates]) -> ScoredCandidates | None:
         np.concatenate([part.opening for part in parts]),
         {name: np.concatenate([part.terms[name] for part in parts]) for name in parts[0].terms},
         np.concatenate([part.clearance for part in parts]),
+        np.concatenate([part.hidden for part in parts]),
     )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,7 +9,6 @@ from scipy.spatial.transform import RigidTransform
 
 from .grasp import Grasp
 from .scoring import GRAVITY, success_probability
-from .symmetry import is_turned, symmetry_axes
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -28,8 +26,6 @@ MIN_PROBABILITY = 0.02
 """Candidates below are rejected."""
 MAX_SIDE_ANGLE = np.pi / 3
 """A hand that approaches at a larger angle from straight down lifts the object upwards."""
-SAME_DISTANCE, SAME_ANGLE = 0.012, np.radians(25.0)
-"""Two grasps that differ by less are one, m and rad."""
 SAFE_HIDDEN = 0.5
 """Share of a fingertip in hidden space above which a grasp is not safe."""
 SAFE_DEPTH = 0.003
@@ -42,60 +38,37 @@ SAFE_WIDTH_SHARE = 0.92
 """A wider object is gripped at the limit of the stroke: 73 mm for a jaw of 80 mm."""
 
 
-def select_grasps(
+def ranked_grasps(
     scored: ScoredCandidates,
-    hidden: NDArray[np.float64],
     surfaces: Sequence[ObjectSurface],
     scene: Scene,
     hand: ParallelHand,
     options: JawOptions,
 ) -> list[Grasp]:
-    """Return the best grasps that differ from one another."""
-    total = scored.total
-    order = np.argsort(-total, kind="stable")
-    chosen: list[int] = []
-    count: Counter[int] = Counter()
-    axes = [symmetry_axes(surface) for surface in surfaces]
-    tips, rotations = scored.candidates.tip, scored.candidates.rotation
-    for index in order:
-        number = int(scored.candidates.object[index])
-        if total[index] < MIN_PROBABILITY:
-            break
-        if count[number] >= options.per_object:
-            continue
-        if not any(
-            scored.candidates.object[other] == number
-            and (
-                _same(tips[index], tips[other], rotations[index], rotations[other])
-                or is_turned(
-                    axes[number], tips[index], tips[other], rotations[index], rotations[other]
-                )
-            )
-            for other in chosen
-        ):
-            chosen.append(int(index))
-            count[number] += 1
-    matrices = np.tile(np.eye(4), (len(chosen), 1, 1))
-    matrices[:, :3, :3], matrices[:, :3, 3] = rotations[chosen], tips[chosen]
+    """Return the candidates as grasps, the most probable first."""
+    if len(scored.candidates) == 0:
+        return []
+    matrices = np.tile(np.eye(4), (len(scored.candidates), 1, 1))
+    matrices[:, :3, :3] = scored.candidates.rotation
+    matrices[:, :3, 3] = scored.candidates.tip
     # One call for all poses: each would take 0.3 ms.
-    poses = RigidTransform.from_matrix(matrices) if chosen else ()
+    poses = RigidTransform.from_matrix(matrices)
     return [
         _grasp(
             scored,
             index,
-            pose,
+            poses[index],
             surfaces[int(scored.candidates.object[index])],
-            _forbidden(scored, index, hidden[index], surfaces, scene, hand, options),
+            _forbidden(scored, index, surfaces, scene, hand, options),
             up_direction(scene),
         )
-        for index, pose in zip(chosen, poses, strict=True)
+        for index in np.argsort(-scored.total, kind="stable")
     ]
 
 
 def _forbidden(
     scored: ScoredCandidates,
     index: int,
-    hidden: NDArray[np.float64],
     surfaces: Sequence[ObjectSurface],
     scene: Scene,
     hand: ParallelHand,
@@ -109,7 +82,7 @@ def _forbidden(
         found.append(f"{1e3 * width:.0f} mm wide, the hand opens {1e3 * hand.stroke:.0f} mm")
     if not surface.fitted:
         found.append("no solid was fitted")
-    if hidden.max() > SAFE_HIDDEN:
+    if scored.hidden[index].max() > SAFE_HIDDEN:
         found.append("a finger enters space that another object hides")
     free = scored.terms["clearance"][index] * scored.terms["own_clearance"][index]
     depths = -scored.clearance[index]
@@ -128,19 +101,6 @@ def _forbidden(
     elif any(warning.kind == "support_doubtful" for warning in scene.warnings):
         found.append("the support is doubtful")
     return tuple(found)
-
-
-def _same(
-    tip: NDArray[np.float64],
-    other: NDArray[np.float64],
-    rotation: NDArray[np.float64],
-    turned: NDArray[np.float64],
-) -> bool:
-    if np.linalg.norm(tip - other) > SAME_DISTANCE:
-        return False
-    limit = np.cos(SAME_ANGLE)
-    closing = abs(float(rotation[:, 0] @ turned[:, 0]))
-    return closing > limit and float(rotation[:, 2] @ turned[:, 2]) > limit
 
 
 def _grasp(

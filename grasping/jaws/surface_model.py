@@ -11,17 +11,23 @@ from scipy.spatial.transform import RigidTransform
 
 from eyehand.perception import Superquadric
 
+from .point_blocks import point_blocks
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from eyehand.perception import Scene, SceneObject
     from eyehand.perception.superquadric import Vessel
 
+    from .point_blocks import Spheres
+
 GRID = 11
 """Samples along each side of the cube that is projected onto a solid: 6 · 11² = 726 points, 6 mm
 apart on a box of 60 x 60 x 100 mm."""
 VOXEL = 0.006
 """Side of the cells in which measured points are averaged, m. It removes a part of the noise."""
+SURFACE_BLOCK = 0.015
+"""Side of the blocks of a surface's points, m: a little less than the side of a pad."""
 MAX_MEASURED = 500
 """Maximum number of averaged points per object."""
 MIN_FALLBACK_POINTS = 12
@@ -46,6 +52,8 @@ class ObjectSurface:
     """Points, (N, 3), m: first the measured ones, then those of the solids."""
     normals: NDArray[np.float64]
     """Outward unit normals, (N, 3)."""
+    blocks: Spheres
+    """Spheres around blocks of points; no block has both measured points and those of solids."""
     measured: int
     """Number of measured points."""
     solids: tuple[Superquadric, ...]
@@ -85,10 +93,12 @@ def object_surface(item: SceneObject, scene: Scene) -> ObjectSurface | None:
         nearest = fit.vessel.normals(measured)
     volumes = np.array([solid.volume for solid in solids])
     centres = np.array([solid.centre for solid in solids])
+    blocks = point_blocks([measured, samples], [0, 1], SURFACE_BLOCK)
     return ObjectSurface(
         label=item.label,
-        points=np.concatenate([measured, samples]),
-        normals=np.concatenate([nearest, normals]),
+        points=blocks.points,
+        normals=np.concatenate([nearest, normals])[blocks.order],
+        blocks=blocks.blocks,
         measured=len(measured),
         solids=tuple(solids),
         centre=volumes @ centres / volumes.sum(),

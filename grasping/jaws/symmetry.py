@@ -1,23 +1,21 @@
-"""Axes of symmetry of objects: grasps that differ by a turn about them are one grasp."""
+"""Grasps that are one: close ones, and those that differ by a turn about an axis of symmetry."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numba import njit
 
 from .candidates import ROUND_EXPONENT
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from numpy.typing import NDArray
 
     from .surface_model import ObjectSurface
 
-    Axis = tuple[NDArray[np.float64], NDArray[np.float64]]
-    """A point on an axis, (3,), m, and its unit direction, (3,)."""
-
+SAME_DISTANCE, SAME_ANGLE_COSINE = 0.012, float(np.cos(np.radians(25.0)))
+"""Two grasps that differ by less are one: distance in m, and cosine of the angle."""
 MIN_RATIO = 0.9
 """Minimum ratio of the semi-axes of a section that counts as round."""
 SAME_POSITION = 0.008
@@ -26,43 +24,98 @@ SAME_COSINE = 0.17
 """Two grasps may differ by as much in the cosines to the axis: 10° near a right angle."""
 
 
-def symmetry_axes(surface: ObjectSurface) -> list[Axis]:
-    """Return the axes of symmetry of an object of one solid."""
-    if len(surface.solids) != 1:
-        return []
-    solid = surface.solids[0]
-    e1, e2 = solid.exponents
-    a = solid.semi_axes
+def symmetry_axes(surface: ObjectSurface) -> NDArray[np.float64]:
+    """Return the axes of symmetry of an object of one solid, (k, 2, 3): point, m, and direction.
+
+    An object of several solids has none.
+    """
     axes = []
-    for first, second, exponent in ((0, 1, e2), (1, 2, e1), (2, 0, e1)):
-        ratio = min(a[first], a[second]) / max(a[first], a[second])
-        if exponent >= ROUND_EXPONENT and ratio >= MIN_RATIO:
-            axes.append((solid.centre, solid.rotation[:, 3 - first - second]))
-    return axes
+    if len(surface.solids) == 1:
+        solid = surface.solids[0]
+        e1, e2 = solid.exponents
+        a = solid.semi_axes
+        for first, second, exponent in ((0, 1, e2), (1, 2, e1), (2, 0, e1)):
+            ratio = min(a[first], a[second]) / max(a[first], a[second])
+            if exponent >= ROUND_EXPONENT and ratio >= MIN_RATIO:
+                axes.append((solid.centre, solid.rotation[:, 3 - first - second]))
+    return np.array(axes, dtype=np.float64).reshape(-1, 2, 3)
 
 
-def is_turned(
-    axes: Sequence[Axis],
-    tip: NDArray[np.float64],
-    other: NDArray[np.float64],
-    rotation: NDArray[np.float64],
-    turned: NDArray[np.float64],
-) -> bool:
-    """Return whether two poses differ by a turn about one of the axes alone."""
-    return any(
-        np.abs(_place(axis, tip) - _place(axis, other)).max() < SAME_POSITION
-        and np.abs(_angles(axis, rotation) - _angles(axis, turned)).max() < SAME_COSINE
-        for axis in axes
-    )
+@njit(cache=True)
+def distinct(tips, rotations, total, axes, count, least):
+    """Return the indices of the best grasps of an object that differ, best first, (k,).
+
+    Parameters
+    ----------
+    tips, rotations
+        Poses, (n, 3), m, and (n, 3, 3).
+    total
+        Their probabilities, (n,).
+    axes
+        Axes of symmetry from :func:`symmetry_axes`.
+    count
+        Maximum number of grasps.
+    least
+        Minimum probability.
+    """
+    left = total >= least
+    chosen = np.empty(count, np.int64)
+    found = 0
+    while found < count:
+        best = -1
+        for k in range(len(total)):
+            if left[k] and (best < 0 or total[k] > total[best]):
+                best = k
+        if best < 0:
+            break
+        chosen[found] = best
+        found += 1
+        left[best] = False
+        for k in range(len(total)):
+            if left[k] and _is_same(tips[k], rotations[k], tips[best], rotations[best], axes):
+                left[k] = False
+    return chosen[:found]
 
 
-def _place(axis: Axis, tip: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the coordinate along the axis and the distance from it, (2,), m."""
+@njit(cache=True)
+def repeats(tips, rotations, total, others, axes):
+    """Return which poses are the same grasp as a better one of others, (n,) bool.
+
+    `others` are the positions, rotations and probabilities of those.
+    """
+    places, turns, values = others
+    out = np.zeros(len(total), np.bool_)
+    for k in range(len(total)):
+        for other in range(len(values)):
+            if total[k] <= values[other] and not out[k]:
+                out[k] = _is_same(tips[k], rotations[k], places[other], turns[other], axes)
+    return out
+
+
+@njit(cache=True)
+def _is_same(tip, rotation, other, turned, axes):
+    """Return whether two poses are close, or differ by a turn about one of the axes alone."""
+    if (
+        np.sqrt(np.sum((tip - other) ** 2)) <= SAME_DISTANCE
+        and abs(np.sum(rotation[:, 0] * turned[:, 0])) > SAME_ANGLE_COSINE
+        and np.sum(rotation[:, 2] * turned[:, 2]) > SAME_ANGLE_COSINE
+    ):
+        return True
+    for axis in axes:
+        along, across = _place(axis, tip)
+        level, apart = _place(axis, other)
+        if abs(along - level) >= SAME_POSITION or abs(across - apart) >= SAME_POSITION:
+            continue
+        approach = np.sum((rotation[:, 2] - turned[:, 2]) * axis[1])
+        closing = abs(np.sum(rotation[:, 0] * axis[1])) - abs(np.sum(turned[:, 0] * axis[1]))
+        if abs(approach) < SAME_COSINE and abs(closing) < SAME_COSINE:
+            return True
+    return False
+
+
+@njit(cache=True)
+def _place(axis, tip):
+    """Return the coordinate of a point along an axis and its distance from it, m."""
     offset = tip - axis[0]
-    along = float(offset @ axis[1])
-    return np.array([along, float(np.linalg.norm(offset - along * axis[1]))])
-
-
-def _angles(axis: Axis, rotation: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the cosines of approach and closing direction to the axis, (2,)."""
-    return np.array([float(rotation[:, 2] @ axis[1]), abs(float(rotation[:, 0] @ axis[1]))])
+    along = np.sum(offset * axis[1])
+    return along, np.sqrt(np.sum((offset - along * axis[1]) ** 2))

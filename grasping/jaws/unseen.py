@@ -21,23 +21,11 @@ BEHIND = 0.015
 """Distance behind a visible point from which a place is hidden, m."""
 
 
-def hidden_shares(
-    candidates: Candidates,
-    opening: NDArray[np.float64],
-    surfaces: Sequence[ObjectSurface],
-    view_origin: NDArray[np.float64],
-    hand: ParallelHand,
-) -> NDArray[np.float64]:
-    """Return the share of each finger's tip that other objects hide from the camera, (n, 2).
-
-    The space behind the own object does not count: the own solid fills it.
+class HiddenSpace:
+    """The space that the objects of a scene hide from the camera.
 
     Parameters
     ----------
-    candidates
-        Candidates.
-    opening
-        Distance between the pads, (n,), m.
     surfaces
         Surfaces of all objects; their measured points hide what is behind them.
     view_origin
@@ -45,35 +33,60 @@ def hidden_shares(
     hand
         The hand.
     """
-    measured = [surface.points[: surface.measured] for surface in surfaces]
-    owner = np.concatenate([np.full(len(part), k) for k, part in enumerate(measured)])
-    places = _finger_places(hand)
-    out = np.zeros((len(candidates), 2))
-    if len(owner) == 0 or len(candidates) == 0:
-        return out
-    points = np.concatenate(measured) - view_origin
-    axis = points.mean(axis=0)
-    frame = _frame(axis)
-    cells, ranges = _cells(points, frame)
-    low = cells.min(axis=0) - 1
-    size = cells.max(axis=0) + 2 - low
-    for number in np.unique(candidates.object):
-        mine = candidates.object == number
-        image = np.full(size[0] * size[1], np.inf)
-        others = owner != number
-        index = (cells - low) @ [size[1], 1]
-        np.minimum.at(image, index[others], ranges[others])
-        image = _grown(image.reshape(size))
-        for side, sign in enumerate((1.0, -1.0)):
-            local = np.repeat(places[None], int(mine.sum()), axis=0)
-            local[:, :, 0] = sign * (local[:, :, 0] + 0.5 * opening[mine, None])
-            world = np.einsum("nij,nkj->nki", candidates.rotation[mine], local)
-            world += candidates.tip[mine, None] - view_origin
-            where, distance = _cells(world.reshape(-1, 3), frame)
-            place = np.clip(where - low, 0, size - 1)
-            hidden = image[place[:, 0], place[:, 1]] < distance - BEHIND
-            out[mine, side] = hidden.reshape(-1, len(places)).mean(axis=1)
-    return out
+
+    def __init__(
+        self,
+        surfaces: Sequence[ObjectSurface],
+        view_origin: NDArray[np.float64],
+        hand: ParallelHand,
+    ) -> None:
+        measured = [surface.points[: surface.measured] for surface in surfaces]
+        self._owner = np.concatenate([np.full(len(part), k) for k, part in enumerate(measured)])
+        self._places, self._origin = _finger_places(hand), view_origin
+        if len(self._owner) == 0:
+            return
+        points = np.concatenate(measured) - view_origin
+        self._frame = _frame(points.mean(axis=0))
+        cells, self._ranges = _cells(points, self._frame)
+        self._low = cells.min(axis=0) - 1
+        self._size = cells.max(axis=0) + 2 - self._low
+        self._index = (cells - self._low) @ [self._size[1], 1]
+        self._images: dict[int, NDArray[np.float64]] = {}
+
+    def shares(self, candidates: Candidates, opening: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the share of each finger's tip that other objects hide, (n, 2).
+
+        The space behind the own object does not count: the own solid fills it.
+
+        Parameters
+        ----------
+        candidates
+            Candidates of one object.
+        opening
+            Distance between the pads, (n,), m.
+        """
+        count, places = len(candidates), self._places
+        if len(self._owner) == 0 or count == 0:
+            return np.zeros((count, 2))
+        local = np.tile(places, (count, 2, 1, 1))
+        local[..., 0] += 0.5 * opening[:, None, None]
+        local[:, 1, :, 0] *= -1.0
+        world = local.reshape(count, -1, 3) @ candidates.rotation.transpose(0, 2, 1)
+        world += candidates.tip[:, None] - self._origin
+        where, distance = _cells(world.reshape(-1, 3), self._frame)
+        place = np.clip(where - self._low, 0, self._size - 1)
+        image = self._image(int(candidates.object[0]))
+        hidden = image[place[:, 0], place[:, 1]] < distance - BEHIND
+        return hidden.reshape(count, 2, len(places)).mean(axis=2)
+
+    def _image(self, number: int) -> NDArray[np.float64]:
+        """Return the ranges of the other objects' points in cells of directions, m."""
+        if number not in self._images:
+            image = np.full(self._size[0] * self._size[1], np.inf)
+            others = self._owner != number
+            np.minimum.at(image, self._index[others], self._ranges[others])
+            self._images[number] = _grown(image.reshape(self._size))
+        return self._images[number]
 
 
 def _finger_places(hand: ParallelHand) -> NDArray[np.float64]:

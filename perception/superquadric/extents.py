@@ -162,17 +162,20 @@ def estimate_sides(model: ExtentModel) -> tuple[SideEstimate, ...]:
     )
 
 
-def estimate_width(model: ExtentModel, direction: NDArray[np.float64]) -> WidthEstimate:
-    """Return the width along a unit direction (3,)."""
-    both = np.stack([direction, -direction])
+def estimate_widths(
+    model: ExtentModel, directions: NDArray[np.float64]
+) -> tuple[WidthEstimate, ...]:
+    """Return the widths along unit directions (K, 3)."""
+    both = np.stack([directions, -directions], axis=1).reshape(-1, 3)
     ends = _ends(model, both)
-    variance = _first_order(model, direction[None], width=True)[0] + ends.model_variance.sum()
-    bounded = np.linalg.norm(_even_sigma(ends.gap, model))
-    return WidthEstimate(
-        mean=float(ends.mean.sum()),
-        sigma=float(min(np.sqrt(variance), bounded)),
-        low=max(float(ends.low.sum()), 0.0),
-        high=float(ends.high.sum()),
+    mean, low, high = (part.reshape(-1, 2).sum(axis=1) for part in (ends.mean, ends.low, ends.high))
+    variance = _first_order(model, directions, width=True)
+    variance += ends.model_variance.reshape(-1, 2).sum(axis=1)
+    bounded = np.linalg.norm(_even_sigma(ends.gap, model).reshape(-1, 2), axis=1)
+    sigma = np.minimum(np.sqrt(variance), bounded)
+    return tuple(
+        WidthEstimate(float(mean[k]), float(sigma[k]), max(float(low[k]), 0.0), float(high[k]))
+        for k in range(len(directions))
     )
 
 

@@ -16,7 +16,7 @@ from .extents import (
     SideEstimate,
     WidthEstimate,
     estimate_sides,
-    estimate_width,
+    estimate_widths,
     extent_model,
     inflated_covariance,
 )
@@ -148,7 +148,14 @@ class SuperquadricFit:
         length = float(np.linalg.norm(vector)) if vector.shape == (3,) else 0.0
         if not 0.0 < length < np.inf:
             raise InputError(f"direction must be a vector of 3 finite numbers, got {direction}")
-        return None if self._extents is None else estimate_width(self._extents, vector / length)
+        return None if self._extents is None else self.widths(vector[None] / length)[0]
+
+    def widths(self, directions: NDArray[np.float64]) -> tuple[WidthEstimate, ...]:
+        """Return the widths along unit directions (K, 3); empty without a solid.
+
+        One call for several directions takes little more time than one direction.
+        """
+        return () if self._extents is None else estimate_widths(self._extents, directions)
 
     @cached_property
     def covariance(self) -> NDArray[np.float64] | None:

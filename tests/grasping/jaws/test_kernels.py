@@ -20,6 +20,10 @@ def _candidates(count):
     return rotation, RNG.uniform(-0.05, 0.05, (count, 3))
 
 
+def _spheres(blocks):
+    return blocks.blocks.start, blocks.blocks.centre, blocks.blocks.radius
+
+
 @pytest.mark.parametrize("rank", [1, 3, 5])
 def test_clearances(rank):
     rotation, tip = _candidates(40)
@@ -121,7 +125,9 @@ def test_contacts_of_solid_points(reach):
     pad, reaches = (0.0085, 0.018, 0.004), np.full(60, reach)
     points = RNG.uniform(-0.04, 0.04, (500, 3))
     normals = points / np.linalg.norm(points, axis=1, keepdims=True)
-    found = contacts(rotation, tip, reaches, points, normals, 0, pad, (0.6, 3))
+    blocks = point_blocks([points], [0], 0.015)
+    surface = (blocks.points, normals[blocks.order])
+    found = contacts(rotation, tip, reaches, surface, _spheres(blocks), 0, pad, (0.6, 3))
     for i in range(60):
         local = (points - tip[i]) @ rotation[i]
         inside = (np.abs(local[:, 1]) <= 0.0085) & (local[:, 2] <= 0) & (local[:, 2] >= -0.018)
@@ -144,12 +150,14 @@ def test_seen_sides_are_counted():
     points = np.array([[0.02, y, -0.01] for y in np.linspace(-0.005, 0.005, 6)])
     normals = np.tile([1.0, 0.0, 0.0], (6, 1))
     solid = np.array([[0.022, 0.0, -0.01], [-0.02, 0.0, -0.01]])
+    blocks = point_blocks([points, solid], [0, 1])
+    directions = np.concatenate([normals, [[1.0, 0, 0], [-1.0, 0, 0]]])
     found = contacts(
         np.eye(3)[None],
         np.zeros((1, 3)),
         np.full(1, np.inf),
-        np.concatenate([points, solid]),
-        np.concatenate([normals, [[1.0, 0, 0], [-1.0, 0, 0]]]),
+        (blocks.points, directions[blocks.order]),
+        _spheres(blocks),
         6,
         (0.0085, 0.018, 0.004),
         (0.6, 3),

@@ -1,0 +1,212 @@
+"""Tests of candidates that cost time: best first, until none of the rest can be among the best."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..hands import HandBox
+from .clearance import FULL_RANK, all_points, coarse_points, hand_clearances
+from .depth_error import depth_error_term
+from .kernels import BLOCKED
+from .memory import memory_term
+from .scored import ScoredCandidates, join_scored
+from .scoring import clearance_terms
+from .selection import MIN_PROBABILITY
+from .symmetry import distinct, repeats, symmetry_axes
+from .unseen import HiddenSpace
+
+if TYPE_CHECKING:
+    from collections import Counter
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from eyehand.perception import Scene
+
+    from ..hands import ParallelHand
+    from .options import JawOptions
+    from .point_blocks import PointBlocks
+    from .surface_model import ObjectSurface
+
+STEP, FINAL_STEP = 64, 8
+"""Number of candidates of an object that are tested at once for clearance, and in the end."""
+SIDE_CLEARANCE = 0.012
+"""Gap on each side of the object if the hand does not open fully, m."""
+NARROW_TERM = 0.85
+"""Term of a grasp that needs a smaller opening than the full one."""
+HIDDEN_COST = 0.25
+"""Share of the grasps that fail because a finger enters space that other objects hide."""
+PALM_YIELD = 0.006
+"""Depth of readings in front of the palm at which a guarded arm merely stops earlier, m."""
+
+
+@dataclass(frozen=True, eq=False)
+class SceneTests:
+    """What the candidates of a scene are tested with."""
+
+    scene: Scene
+    """The scene."""
+    surfaces: Sequence[ObjectSurface]
+    """The surfaces of its objects."""
+    coarse: PointBlocks
+    """Its averaged points."""
+    readings: PointBlocks
+    """All its readings."""
+    hidden: HiddenSpace
+    """The space that its objects hide."""
+    hand: ParallelHand
+    """The hand."""
+    shell: ParallelHand
+    """The hand as far as it must not touch anything."""
+
+
+def scene_tests(
+    scene: Scene, surfaces: Sequence[ObjectSurface], hand: ParallelHand, options: JawOptions
+) -> SceneTests:
+    """Prepare the tests of a scene with at least one surface."""
+    return SceneTests(
+        scene,
+        surfaces,
+        coarse_points(surfaces, scene),
+        all_points(surfaces, scene),
+        HiddenSpace(surfaces, scene.view_origin, hand),
+        hand,
+        _yielding(hand) if options.guarded else hand,
+    )
+
+
+def best_grasps(
+    scored: ScoredCandidates,
+    surface: ObjectSurface,
+    tests: SceneTests,
+    options: JawOptions,
+    rejected: Counter[str],
+) -> ScoredCandidates | None:
+    """Return the best candidates of an object that differ, with all terms; None without any.
+
+    Parameters
+    ----------
+    scored
+        Candidates of one object, with the terms of their contacts and an estimate of that of the
+        depth error.
+    surface
+        The object.
+    tests
+        The scene and the hand.
+    options
+        Options.
+    rejected
+        Numbers of candidates by what rejected them; two are counted here.
+    """
+    found = None
+    axes = symmetry_axes(surface)
+    rest = _worth_testing(scored, found, axes, options)
+    while len(rest.opening):
+        part = _with_scene_terms(rest.take(slice(STEP)), tests, options)
+        for side, name in enumerate(("touches the object", "touches others")):
+            rejected[name] += int(np.count_nonzero(part.clearance[:, side] <= BLOCKED / 2))
+        found = _checked(part, found, surface, axes, tests, options)
+        rest = _worth_testing(rest.take(slice(STEP, None)), found, axes, options)
+    if found is None:
+        return None
+    return found.take(_distinct(found, axes, options))
+
+
+def _distinct(
+    found: ScoredCandidates, axes: NDArray[np.float64], options: JawOptions
+) -> NDArray[np.int64]:
+    poses = found.candidates
+    count = options.per_object
+    return distinct(poses.tip, poses.rotation, found.total, axes, count, MIN_PROBABILITY)
+
+
+def _worth_testing(
+    scored: ScoredCandidates,
+    found: ScoredCandidates | None,
+    axes: NDArray[np.float64],
+    options: JawOptions,
+) -> ScoredCandidates:
+    """Return the candidates that may be among the best that differ, by descending total.
+
+    A candidate that is the same grasp as a better one is left out.
+    """
+    total = scored.total
+    worth = total > MIN_PROBABILITY
+    if found is not None:
+        best = found.take(_distinct(found, axes, options))
+        others = best.candidates.tip, best.candidates.rotation, best.total
+        if len(best.opening) == options.per_object:
+            worth &= total > others[2][-1]
+        worth &= ~repeats(scored.candidates.tip, scored.candidates.rotation, total, others, axes)
+    order = np.argsort(-total, kind="stable")
+    return scored.take(order[worth[order]])
+
+
+def _checked(
+    part: ScoredCandidates,
+    found: ScoredCandidates | None,
+    surface: ObjectSurface,
+    axes: NDArray[np.float64],
+    tests: SceneTests,
+    options: JawOptions,
+) -> ScoredCandidates | None:
+    """Add the candidates of a part that may be among the best, tested with all readings."""
+    rest = _worth_testing(part, found, axes, options)
+    while len(rest.opening):
+        one = rest.take(slice(FINAL_STEP))
+        full = hand_clearances(one.candidates, one.opening, tests.readings, tests.shell, FULL_RANK)
+        clearance = np.minimum(one.clearance, full)
+        error = depth_error_term(one, surface, tests.coarse, tests.scene, tests.hand, options)
+        terms = {**one.terms, **clearance_terms(clearance, options), "depth_error": error}
+        one = replace(one, clearance=clearance, terms=terms)
+        found = one if found is None else join_scored([found, one])
+        rest = _worth_testing(rest.take(slice(FINAL_STEP, None)), found, axes, options)
+    return found
+
+
+def _with_scene_terms(
+    scored: ScoredCandidates, tests: SceneTests, options: JawOptions
+) -> ScoredCandidates:
+    """Add the terms of averaged points, of hidden space and of the memory."""
+    found = _with_clearance(scored, tests.coarse, tests.shell, options)
+    hidden = tests.hidden.shares(found.candidates, found.opening)
+    found.terms["unseen"] = (1.0 - HIDDEN_COST * hidden).prod(axis=1)
+    found.terms["memory"] = memory_term(found.candidates, tests.surfaces, options.failed)
+    return replace(found, hidden=hidden)
+
+
+def _with_clearance(
+    scored: ScoredCandidates, blocks: PointBlocks, hand: ParallelHand, options: JawOptions
+) -> ScoredCandidates:
+    """Add the terms of the clearance, at the full opening or at a smaller one."""
+    free = hand_clearances(scored.candidates, scored.opening, blocks, hand)
+    opening = scored.opening.copy()
+    narrow = np.ones(len(opening))
+    if not options.full_opening:
+        probability = _free_probability(free, options)
+        touching = np.flatnonzero(probability < NARROW_TERM)
+        less = np.minimum(scored.contact.width[touching] + 2 * SIDE_CLEARANCE, hand.stroke)
+        closer = hand_clearances(scored.candidates.take(touching), less, blocks, hand)
+        better = NARROW_TERM * _free_probability(closer, options) > probability[touching]
+        changed = touching[better]
+        opening[changed], narrow[changed] = less[better], NARROW_TERM
+        free[changed] = closer[better]
+    terms = {**scored.terms, **clearance_terms(free, options), "opening": narrow}
+    return replace(scored, opening=opening, terms=terms, clearance=free)
+
+
+def _free_probability(clearance: NDArray[np.float64], options: JawOptions) -> NDArray[np.float64]:
+    terms = clearance_terms(clearance, options)
+    return terms["own_clearance"] * terms["clearance"]
+
+
+def _yielding(hand: ParallelHand) -> ParallelHand:
+    """Return the hand with a palm that may be pushed against an object: a guarded arm stops."""
+    boxes = []
+    for box in hand.palm_boxes:
+        depth = min(PALM_YIELD, 0.5 * (box.high[2] - box.low[2]))
+        boxes.append(HandBox(box.low, (*box.high[:2], box.high[2] - depth)))
+    return replace(hand, palm_boxes=tuple(boxes))
