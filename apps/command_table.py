@@ -167,6 +167,7 @@ EXTRAS: dict[str, str] = {
     "gymnasium_robotics": "robots",
     "mujoco_menagerie": "robots",
     "mcap": "ros",
+    "mcap_ros2": "ros",
     "distributed": "cluster",
     "mink": "baselines",
     "open3d": "baselines",

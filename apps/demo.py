@@ -48,6 +48,7 @@ def demo(
     robot: Annotated[RobotChoice | None, Parameter(name="*", group="Robot")] = None,
     video: bool = True,
     beside: Path | None = None,
+    mcap: Path | None = None,
     view: bool = False,
     port: int = DEFAULT_PORT,
     out: Path = Path("out/demo"),
@@ -86,6 +87,9 @@ def demo(
     beside
         A depth frame. Also write demo.webp, a moving picture for web pages: the segments and solids
         of this frame beside the film.
+    mcap
+        Also record robot, scenes and grasps to this .mcap file with messages of ROS 2. Foxglove
+        shows it.
     view
         Show the demo live in the browser, with pause, single steps and speed. Ctrl-C ends it. No
         film is recorded.
@@ -102,6 +106,8 @@ def demo(
         raise InputError(f"--failures must be >= 1, got {failures}")
     if beside is not None and (perception_only or frame is not None or view or not video):
         raise InputError("--beside needs the film: no frame, --look, --view or --no-video")
+    if mcap is not None and (perception_only or frame is not None or view):
+        raise InputError("--mcap records a simulated robot: no frame, --look or --view")
     if perception_only or frame is not None:
         if isinstance(objects, Path):
             raise InputError(
@@ -140,12 +146,16 @@ def demo(
     say(f"clearing a table: {table.source} ...")
     if view:
         return _live(table.source, trial, built, ending, port, out, json)
-    from .grasp.demo_run import run_demo
+    from .grasp.demo_run import MakeObserver, run_demo
+    from .grasp.robot_recording import RobotRecording
     from .moving_picture import write_moving_picture
+    from .ros_markers import scene_writer
 
     film = _film(out / FILM_FILE) if video else None
-    with film or nullcontext():
-        joined = [] if film is None else [film.join]
+    with film or nullcontext(), scene_writer(mcap) as writer:
+        joined: list[MakeObserver] = [] if film is None else [film.join]
+        if writer is not None:
+            joined.append(RobotRecording(writer).join)
         record = run_demo(table.source, trial, built, joined, ending)
     if film is not None:
         record = replace(record, film=film.path, film_cpu_seconds=film.cpu_seconds)

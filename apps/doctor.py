@@ -25,6 +25,7 @@ DISTRIBUTIONS = {
     "imageio_ffmpeg": "imageio-ffmpeg",
     "vtkmodules": "vtk",
     "gymnasium_robotics": "gymnasium-robotics",
+    "mcap_ros2": "mcap-ros2-support",
     "mujoco_menagerie": "mujoco-menagerie",
 }
 """Module → distribution, where their names differ."""

@@ -13,7 +13,9 @@ from eyehand.perception.io import FRAME_SUFFIXES, read_frame
 RECORDING_SUFFIX = ".mcap"
 
 
-def check_source(frame: Path | None, oak: bool, record: Path | None, count: int | None) -> None:
+def check_source(
+    frame: Path | None, oak: bool, record: Path | None, count: int | None, topic: str = ""
+) -> None:
     """Check the options that choose the frames.
 
     Raises
@@ -25,12 +27,19 @@ def check_source(frame: Path | None, oak: bool, record: Path | None, count: int 
         raise InputError("give either a frame file or --oak")
     if record is not None and not oak:
         raise InputError("--record needs --oak")
+    if topic and not is_recording(frame):
+        raise InputError(f"--topic needs a recording ({RECORDING_SUFFIX}), got {frame or '--oak'}")
     if count is not None and count < 1:
         raise InputError(f"--frames must be >= 1, got {count}")
 
 
 def open_frames(
-    path: Path | None, camera: Path | None, oak: bool, record: Path | None, count: int | None
+    path: Path | None,
+    camera: Path | None,
+    oak: bool,
+    record: Path | None,
+    count: int | None,
+    topic: str = "",
 ) -> Iterator[tuple[str | None, str, DepthFrame]]:
     """Yield (folder name or None, source, frame). The name is None if there is one frame.
 
@@ -46,6 +55,8 @@ def open_frames(
         File to record the camera to.
     count
         Number of frames; None for 1 of a camera and all of a recording.
+    topic
+        Topic of the depth images in a recording of ROS 2; empty selects the only one.
 
     Raises
     ------
@@ -57,10 +68,18 @@ def open_frames(
 
         stream, source, count = OakCamera(record=record), "OAK camera", count or 1
     elif is_recording(path):
-        from eyehand.perception.cameras import OakRecording
+        from eyehand.perception.cameras import OakRecording, RosRecording, is_ros_recording
 
         assert path is not None
-        stream, source = OakRecording(path), str(path)
+        source = str(path)
+        if is_ros_recording(path):
+            stream = RosRecording(path, topic=topic, camera=camera)
+        elif topic:
+            raise InputError(
+                f"--topic needs a recording of ROS 2, and {path} holds no ROS messages"
+            )
+        else:
+            stream = OakRecording(path)
     else:
         assert path is not None
         if path.suffix.lower() not in FRAME_SUFFIXES:

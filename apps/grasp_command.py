@@ -45,6 +45,7 @@ def grasp_command(
     oak: bool = False,
     record: Path | None = None,
     frames: Annotated[int | None, Parameter(name="--frames")] = None,
+    topic: str = "",
     out: Path | None = None,
     yaml: Path | None = None,
     picture: Path | None = None,
@@ -59,7 +60,7 @@ def grasp_command(
     ----------
     frame
         Depth frame (.png in mm with a camera file, .npz, organised .pcd or .ply), or a recording
-        (.mcap).
+        (.mcap) of an OAK camera or of ROS 2.
     jaw
         The gripper.
     calibration_error
@@ -82,6 +83,8 @@ def grasp_command(
         With --oak: also record what the camera sees to this .mcap file.
     frames
         Frames to take from a camera or a recording; default 1 from a camera, all of a recording.
+    topic
+        Topic of the depth images in a recording of ROS 2; default: the only one.
     out
         Output folder for grasps.json, grasps.yaml and grasps.png; frames of a stream go to numbered
         folders inside.
@@ -94,7 +97,7 @@ def grasp_command(
     json
         Print one JSON object on stdout; the table goes to stderr.
     """
-    check_source(frame, oak, record, frames)
+    check_source(frame, oak, record, frames, topic)
     hand = (jaw or JawChoice()).load()
     options = _options(calibration_error, friction, guarded=guarded)
     if top < 1:
@@ -104,7 +107,7 @@ def grasp_command(
     outputs = {"--yaml": yaml, "--picture": picture, "--page": page}
     _check_outputs(outputs, several=(oak or is_recording(frame)) and (frames or 2 - oak) > 1)
     rows, reports, offered = [], [], True
-    for name, source, depth_frame in open_frames(frame, camera, oak, record, frames):
+    for name, source, depth_frame in open_frames(frame, camera, oak, record, frames, topic):
         if not reports:
             load_kernels()
         if masks is not None:

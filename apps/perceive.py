@@ -14,10 +14,14 @@ from .console import print_json, say, show
 from .frame_masks import FrameMasks
 from .frame_stream import check_source, open_frames
 from .output_files import write_perceived_frame
-from .perceived_frame import load_kernels, perceive_and_plan
+from .perceived_frame import PerceivedFrame, load_kernels, perceive_and_plan
+from .ros_markers import scene_writer, write_scene
 from .run_folder import claim_folder
 from .scene_table import scene_rows, scene_table
 from .usable_frame import check_usable
+
+PERIOD_S = 0.1
+"""Time between the frames in a file of --mcap, s. Frames of files carry no time."""
 
 
 def perceive_command(
@@ -29,6 +33,8 @@ def perceive_command(
     oak: bool = False,
     record: Path | None = None,
     frames: Annotated[int | None, Parameter(name="--frames")] = None,
+    topic: str = "",
+    mcap: Path | None = None,
     purpose: GraspPurpose = "lift",
     out: Path = Path("out/perceive"),
     json: bool = False,
@@ -41,9 +47,10 @@ def perceive_command(
     ----------
     frame
         Depth frame (.png in mm with a camera file, .npz, organised .pcd or .ply), or a recording
-        (.mcap).
+        (.mcap) of an OAK camera or of ROS 2.
     camera
-        Camera file with the intrinsics; default: <frame>.json or camera.json beside the frame.
+        Camera file with the intrinsics; default: <frame>.json or camera.json beside the frame, or
+        the CameraInfo of a recording.
     masks
         Readings of the robot, and outside a region, that are no objects.
     oak
@@ -52,6 +59,11 @@ def perceive_command(
         With --oak: also record what the camera sees to this .mcap file.
     frames
         Frames to take from a camera or a recording; default 1 from a camera, all of a recording.
+    topic
+        Topic of the depth images in a recording of ROS 2; default: the only one.
+    mcap
+        Also write depth, solids and grasps to this .mcap file with messages of ROS 2. Foxglove and
+        RViz show it.
     purpose
         What the grasp is for.
     out
@@ -59,29 +71,37 @@ def perceive_command(
     json
         Print one JSON object on stdout; the table goes to stderr.
     """
-    check_source(frame, oak, record, frames)
+    check_source(frame, oak, record, frames, topic)
     rows = []
     count = 0
-    for name, source, depth_frame in open_frames(frame, camera, oak, record, frames):
+    stream = open_frames(frame, camera, oak, record, frames, topic)
+    with scene_writer(mcap) as recording:
+        for name, source, depth_frame in stream:
+            if count == 0:
+                # Only now: an input that cannot be read leaves no empty folder.
+                claim_folder(out)
+                load_kernels()
+            if masks is not None:
+                depth_frame = masks.applied(depth_frame)
+            found = perceive_and_plan(depth_frame, GraspOptions(purpose=purpose))
+            if name is None:
+                check_usable(found.scene.segmentation, source)
+            _write(out if name is None else out / name, found, source, json_wanted=json)
+            if recording is not None:
+                write_scene(recording, found.frame, found.scene, found.plans, count * PERIOD_S)
+            rows += scene_rows(found, name)
+            count += 1
         if count == 0:
-            # Only now: an input that cannot be read leaves no empty folder.
-            claim_folder(out)
-            load_kernels()
-        count += 1
-        if masks is not None:
-            depth_frame = masks.applied(depth_frame)
-        found = perceive_and_plan(depth_frame, GraspOptions(purpose=purpose))
-        if name is None:
-            check_usable(found.scene.segmentation, source)
-        folder = out if name is None else out / name
-        write_perceived_frame(folder, found, source)
-        show(scene_table(found, source), json_wanted=json)
-        for warning in found.scene.warnings:
-            say(f"warning: {warning.message}")
-        say(f"pictures and scene.json in {folder}")
-        rows += scene_rows(found, name)
-    if count == 0:
-        raise InputError(f"{frame} holds no frame")
+            raise InputError(f"{frame} holds no frame")
     if json:
         print_json("perceive", None, rows, frames=count, out=str(out))
     return 0
+
+
+def _write(folder: Path, found: PerceivedFrame, source: str, *, json_wanted: bool) -> None:
+    """Write the files of a frame and print its table."""
+    write_perceived_frame(folder, found, source)
+    show(scene_table(found, source), json_wanted=json_wanted)
+    for warning in found.scene.warnings:
+        say(f"warning: {warning.message}")
+    say(f"pictures and scene.json in {folder}")

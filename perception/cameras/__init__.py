@@ -1,6 +1,6 @@
 """Sources of depth frames, and the calibration of a camera's pose.
 
-An OAK camera, its recordings and files on disk follow the `Camera` protocol.
+An OAK camera, its recordings, recordings of ROS 2 and files on disk follow the `Camera` protocol.
 """
 
 from .calibration_board import (
@@ -18,6 +18,7 @@ from .oak_calibration import intrinsics_from_calibration
 from .oak_recorder import record_frames
 from .oak_recording import OakRecording
 from .protocol import Camera
+from .ros_recording import RosRecording, is_ros_recording, write_ros_frames
 
 __all__ = [
     "BoardView",
@@ -30,11 +31,14 @@ __all__ = [
     "OakCamera",
     "OakOptions",
     "OakRecording",
+    "RosRecording",
     "calibrate_hand_eye",
     "charuco_board",
     "checkerboard",
     "detect_board",
     "intrinsics_from_calibration",
+    "is_ros_recording",
     "load_depthai",
     "record_frames",
+    "write_ros_frames",
 ]

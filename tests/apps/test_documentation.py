@@ -18,7 +18,7 @@ from eyehand.data_synth import LBR_ARM
 from eyehand.data_synth.cell import GraspRobot
 from eyehand.grasping import HandModel
 from eyehand.perception import DepthFrame, Superquadric, read_frame, write_cloud
-from eyehand.perception.cameras import record_frames
+from eyehand.perception.cameras import record_frames, write_ros_frames
 from eyehand.perception.io import write_png
 from eyehand.perception.superquadric import mesh
 from eyehand.tactile.sensors import record
@@ -46,6 +46,7 @@ PRINTED = {
     "from eyehand.grasping import select_prototype": "1 tapered [0.0",
     "from eyehand.grasping import load_hand": "% safe",
     "from eyehand.control": "reached",
+    "from eyehand.perception import perceive\nfrom eyehand.perception.cameras": "5 objects",
     "import numpy": "ended: clear",
     "from eyehand.data_synth.pad": "no fault, phase task",
 }
@@ -71,6 +72,7 @@ def folder(tmp_path, monkeypatch) -> Path:
     record_frames(tmp_path / "out" / "look.mcap", [DepthFrame(frame.depth, frame.intrinsics)])
     sensor, calibration = open_source("good", 0)
     record(sensor, tmp_path / "out" / "touch.mcap", 3.0, calibration)
+    write_ros_frames(tmp_path / "bag.mcap", [frame])
     for file in (tmp_path / "apps" / "sample").iterdir():
         shutil.copy(file, tmp_path / "out" / "scene")
     write_png(tmp_path / "robot.png", np.eye(*frame.depth.shape, dtype=np.uint16))

@@ -1,0 +1,297 @@
+"""Depth frames of MCAP recordings with ROS 2 messages, read without ROS."""
+
+from __future__ import annotations
+
+import struct
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from eyehand.errors import InputError
+
+from ..frame import CameraIntrinsics, DepthFrame, check_image_size
+from ..io.depth_units import metres_from_units
+from ..io.input_file import naming
+from ..io.intrinsics import CameraFile, intrinsics_from_matrix, read_camera_file
+from ..io.png import decode_depth
+from .mcap_file import check_mcap
+from .ros_messages import RosWriter, header, load_ros, ros_writer
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
+IMAGE, COMPRESSED, INFO = (
+    f"sensor_msgs/msg/{name}" for name in ("Image", "CompressedImage", "CameraInfo")
+)
+DTYPES = {"16UC1": "u2", "mono16": "u2", "32FC1": "f4"}
+"""Encodings of depth images: whole mm, or m."""
+COMPRESSED_HEAD = struct.Struct("<iff")
+"""Start of a compressedDepth image: format, and the two parameters of its quantised depth."""
+PINHOLE = ("plumb_bob", "rational_polynomial", "")
+"""Distortion models that OpenCV corrects, and none."""
+MAX_RECORD_BYTES = 1 << 28
+"""Maximum size of a record. A chunk of a recorder has some MB."""
+
+
+class RosRecording:
+    """A recording of a depth topic, `sensor_msgs/Image` or compressedDepth, and its CameraInfo.
+
+    Depth is 16UC1 in mm or 32FC1 in m. Lens distortion is corrected by the nearest reading.
+
+    Parameters
+    ----------
+    path : Path or str
+        MCAP file as `ros2 bag record -s mcap` writes it.
+    topic : str
+        Topic of the depth images. Empty selects the only one.
+    camera : Path, optional
+        Camera file with the intrinsics, and the camera's pose if known, instead of CameraInfo.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, truncated or damaged, lacks the topic or its CameraInfo, or the
+        extra `ros` is not installed.
+    """
+
+    def __init__(
+        self, path: Path | str, *, topic: str = "", camera: Path | str | None = None
+    ) -> None:
+        self.path = Path(path)
+        """The recording."""
+        check_mcap(self.path)
+        topics = self._topics()
+        self.topic = self._depth_topic(topics, topic)
+        """Topic of the depth images."""
+        self._camera = camera
+        self._info = "" if camera is not None else self._info_topic(topics)
+
+    def frames(self) -> Iterator[DepthFrame]:
+        """Yield the frames in the order in which they were recorded.
+
+        Images without any reading are skipped.
+
+        Raises
+        ------
+        InputError
+            If an image is not usable as depth, comes before its CameraInfo, or is damaged.
+        """
+        info = None
+        if self._info:
+            info = next((message for _, message in self._messages([self._info])), None)
+        for number, (_, message) in enumerate(self._messages([self.topic])):
+            with naming(f"{self.path}: image {number} of {self.topic}"):
+                depth = _depth(message)
+                if not depth.any():
+                    continue
+                height, width = depth.shape
+                if info is None:
+                    camera = self._camera_file(width, height)
+                else:
+                    camera, depth = _undistorted(info, depth)
+                yield DepthFrame(depth, camera.intrinsics, camera.T_world_camera)
+
+    def _camera_file(self, width: int, height: int) -> CameraFile:
+        if self._camera is None:
+            raise InputError(f"the topic {self._info} holds no message")
+        return read_camera_file(self._camera, width, height)
+
+    def _topics(self) -> dict[str, str]:
+        """Return the type of every topic."""
+        with self.path.open("rb") as file, self._damage():
+            summary = _reader(file).get_summary()
+            sizes = [chunk.uncompressed_size for chunk in summary.chunk_indexes]
+            if max(sizes, default=0) > MAX_RECORD_BYTES:
+                raise InputError(
+                    f"{self.path}: a chunk has {max(sizes)} bytes unpacked, expected at most "
+                    f"{MAX_RECORD_BYTES}"
+                )
+            return {
+                channel.topic: summary.schemas[channel.schema_id].name
+                for channel in summary.channels.values()
+                if channel.schema_id in summary.schemas
+            }
+
+    def _depth_topic(self, topics: dict[str, str], topic: str) -> str:
+        images = [name for name, kind in topics.items() if kind in (IMAGE, COMPRESSED)]
+        if topic:
+            if topic not in images:
+                kind = topics.get(topic)
+                fault = f"holds {kind}" if kind else "is not in the recording"
+                raise InputError(
+                    f"{self.path}: topic {topic} {fault}; topics of images: {_listed(images)}"
+                )
+            return topic
+        depth = [name for name in images if "depth" in name.lower()]
+        if len(depth) != 1:
+            raise InputError(
+                f"{self.path}: --topic must name the depth images; topics: {_listed(images)}"
+            )
+        return depth[0]
+
+    def _info_topic(self, topics: dict[str, str]) -> str:
+        """Return the topic of the camera: beside the images, else the only one."""
+        infos = [name for name, kind in topics.items() if kind == INFO]
+        image = self.topic.removesuffix("/compressedDepth")
+        for wanted in (f"{image.rpartition('/')[0]}/camera_info", f"{image}/camera_info"):
+            if wanted in infos:
+                return wanted
+        if len(infos) != 1:
+            raise InputError(
+                f"{self.path}: no CameraInfo beside {self.topic}, only {_listed(infos)}: give the "
+                "intrinsics by --camera FILE"
+            )
+        return infos[0]
+
+    def _messages(self, topics: Iterable[str]) -> Iterator[tuple[str, Any]]:
+        """Yield topic and decoded message."""
+        factory = load_ros("mcap_ros2.decoder").DecoderFactory()
+        with self.path.open("rb") as file:
+            stream = _reader(file, factory).iter_decoded_messages(topics)
+            while True:
+                with self._damage():
+                    item = next(stream, None)
+                if item is None:
+                    return
+                yield item[1].topic, item[3]
+
+    @contextmanager
+    def _damage(self) -> Iterator[None]:
+        """Raise all faults of the decoders as one kind: they check little themselves."""
+        try:
+            yield
+        except InputError:
+            raise
+        except Exception as error:
+            fault = " ".join(str(error).split()) or type(error).__name__
+            raise InputError(f"{self.path}: damaged, or no ROS 2 messages ({fault})") from error
+
+
+def is_ros_recording(path: Path | str) -> bool:
+    """Report whether an MCAP file holds messages of ROS 2.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, not MCAP, truncated or damaged.
+    """
+    return any("/msg/" in name for name in check_mcap(path).schemas)
+
+
+def write_ros_frames(
+    path: Path, frames: Iterable[DepthFrame], *, topic: str = "/camera/depth", fps: float = 10.0
+) -> None:
+    """Write depth frames as 32FC1 images with their CameraInfo.
+
+    Raises
+    ------
+    InputError
+        If the extra `ros` is not installed, or the file cannot be written.
+    """
+    with ros_writer(path) as writer:
+        for number, frame in enumerate(frames):
+            write_depth(writer, frame, number / fps, topic)
+
+
+def write_depth(writer: RosWriter, frame: DepthFrame, seconds: float, topic: str) -> None:
+    """Write the image and the CameraInfo of a frame."""
+    k = frame.intrinsics
+    head = {"header": header(seconds, "camera"), "height": k.height, "width": k.width}
+    image = {
+        "encoding": "32FC1",
+        "is_bigendian": 0,
+        "step": 4 * k.width,
+        "data": np.ascontiguousarray(frame.depth, "<f4").tobytes(),
+    }
+    matrix = k.matrix
+    projection = np.hstack([matrix, np.zeros((3, 1))])
+    info = {
+        "distortion_model": "plumb_bob",
+        "d": [0.0] * 5,
+        "k": matrix.ravel().tolist(),
+        "r": np.eye(3).ravel().tolist(),
+        "p": projection.ravel().tolist(),
+        "binning_x": 0,
+        "binning_y": 0,
+        "roi": {"x_offset": 0, "y_offset": 0, "height": 0, "width": 0, "do_rectify": False},
+    }
+    writer.write(topic, "sensor_msgs/Image", head | image, seconds)
+    beside = f"{topic.rpartition('/')[0]}/camera_info"
+    writer.write(beside, "sensor_msgs/CameraInfo", head | info, seconds)
+
+
+def _reader(file: Any, *factories: Any) -> Any:
+    return load_ros("mcap.reader").SeekingReader(
+        file, validate_crcs=True, decoder_factories=factories, record_size_limit=MAX_RECORD_BYTES
+    )
+
+
+def _depth(message: Any) -> NDArray[np.float32]:
+    """Return the depth (H, W) float32, m, of an image message."""
+    if hasattr(message, "format"):
+        return _compressed_depth(message.format, bytes(message.data))
+    if message.encoding not in DTYPES:
+        raise InputError(
+            f"its encoding is {message.encoding!r}, expected {', '.join(DTYPES)} for depth"
+        )
+    height, width, step = message.height, message.width, message.step
+    check_image_size(width, height)
+    kind = np.dtype(DTYPES[message.encoding]).newbyteorder(">" if message.is_bigendian else "<")
+    data = np.frombuffer(bytes(message.data), np.uint8)
+    if step < width * kind.itemsize or len(data) != height * step:
+        raise InputError(
+            f"it has {len(data)} bytes in rows of {step}, which are no {width}x{height} px of "
+            f"{message.encoding}"
+        )
+    raw = data.reshape(height, step)[:, : width * kind.itemsize].copy().view(kind)
+    if raw.dtype.kind == "u":
+        return metres_from_units(raw, 1.0)
+    return _without_gaps(raw)
+
+
+def _compressed_depth(form: str, data: bytes) -> NDArray[np.float32]:
+    """Decode an image of compressed_depth_image_transport: a PNG of mm, or of inverse depth."""
+    if "compressedDepth" not in form or "rvl" in form.lower():
+        raise InputError(f"its format is {form!r}, expected 16UC1 or 32FC1 compressedDepth as PNG")
+    if len(data) <= COMPRESSED_HEAD.size:
+        raise InputError(f"it has {len(data)} bytes, too few for a compressedDepth image")
+    _, scale, offset = COMPRESSED_HEAD.unpack_from(data)
+    raw = decode_depth(data[COMPRESSED_HEAD.size :])
+    if not form.startswith("32FC1"):
+        return metres_from_units(raw, 1.0)
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        depth = scale / (raw.astype(np.float64) - offset)
+    return _without_gaps(np.where(raw > 0, depth, 0.0))
+
+
+def _without_gaps(depth: NDArray[np.floating]) -> NDArray[np.float32]:
+    """Return readings as they are, and 0 where there is none (NaN, infinity)."""
+    with np.errstate(over="ignore"):
+        metres = depth.astype(np.float32)
+    return np.where(np.isfinite(metres), metres, np.float32(0.0))
+
+
+def _undistorted(info: Any, depth: NDArray[np.float32]) -> tuple[CameraFile, NDArray[np.float32]]:
+    """Return the pinhole camera of a CameraInfo, and the image that it would have taken."""
+    height, width = depth.shape
+    if (info.height, info.width) != (height, width):
+        raise InputError(
+            f"it is {width}x{height} px, but CameraInfo is of {info.width}x{info.height} px"
+        )
+    K = np.array(info.k, dtype=np.float64).reshape(3, 3)
+    camera: CameraIntrinsics = intrinsics_from_matrix(K, width, height, "CameraInfo k (row-major)")
+    lens = np.array(info.d, dtype=np.float64)
+    if lens.any():
+        if info.distortion_model not in PINHOLE or len(lens) not in (4, 5, 8, 12, 14):
+            raise InputError(f"cannot correct the distortion model {info.distortion_model!r}")
+        maps = cv2.initUndistortRectifyMap(K, lens, None, K, (width, height), cv2.CV_32FC1)  # pyright: ignore[reportCallIssue, reportArgumentType]
+        depth = cv2.remap(depth, *maps, cv2.INTER_NEAREST).astype(np.float32)
+    return CameraFile(camera), depth
+
+
+def _listed(names: Iterable[str]) -> str:
+    return ", ".join(sorted(names)) or "none"
