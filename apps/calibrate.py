@@ -12,7 +12,10 @@ from cyclopts import Parameter
 
 from eyehand.errors import InputError
 from eyehand.perception.cameras import (
+    BoardView,
+    CalibrationBoard,
     CameraMount,
+    HandEye,
     HandEyeOptions,
     calibrate_hand_eye,
     charuco_board,
@@ -38,7 +41,6 @@ if TYPE_CHECKING:
     from rich.table import Table
     from scipy.spatial.transform import RigidTransform
 
-    from eyehand.perception.cameras import BoardView, CalibrationBoard, HandEye
 
 PRINTED_DPI = 300
 """Resolution of the printed board, dots per inch."""

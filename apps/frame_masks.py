@@ -11,7 +11,14 @@ import numpy as np
 from cyclopts import Parameter
 
 from eyehand.errors import InputError
-from eyehand.perception import PosedVolumes, mask_points, mask_robot, mask_volumes, volume_extents
+from eyehand.perception import (
+    DepthFrame,
+    PosedVolumes,
+    mask_points,
+    mask_robot,
+    mask_volumes,
+    volume_extents,
+)
 from eyehand.perception.io import decode_mask, naming, pose_from_json, read_bytes
 
 from .console import say
@@ -23,7 +30,6 @@ if TYPE_CHECKING:
     from scipy.spatial.transform import RigidTransform
 
     from eyehand.control import LinkVolumes
-    from eyehand.perception import DepthFrame
 
 RECTANGLE, BOX, POSE = 4, 6, 7
 """Numbers of an image rectangle, a box, and a pose."""

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from eyehand.perception.superquadric import PARAMETERS
+from eyehand.perception.superquadric import PARAMETERS, CandidateSolid, SideEstimate, Vessel
 
 if TYPE_CHECKING:
     from eyehand.grasping import GraspPlan
@@ -19,7 +19,6 @@ if TYPE_CHECKING:
         SuperquadricFit,
         SupportPlane,
     )
-    from eyehand.perception.superquadric import CandidateSolid, SideEstimate, Vessel
 
 SCENE_SCHEMA = "eyehand.scene/1"
 UNITS = {"length": "m", "angle": "rad", "mass": "kg", "time": "s", "quaternion": "wxyz"}

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .grasp_geometry import GraspGeometry, turned
-from .grasp_scoring import GraspEvaluation, clearance_term, evaluate_grasp
+from .grasp_scoring import GraspContext, GraspEvaluation, clearance_term, evaluate_grasp
 from .hand_clearance import hand_clearance
 from .low_clearance import low_clearance_grasps
 from .palm_placement import PalmPlacement, TipDepth, place_palm
@@ -21,6 +21,8 @@ from .prototypes import (
     PUSH_DEPTH,
     SIDE_CLEARANCE,
     TIGHT_CLEARANCE,
+    Approach,
+    Prototype,
 )
 
 if TYPE_CHECKING:
@@ -28,8 +30,6 @@ if TYPE_CHECKING:
 
     from eyehand.perception import Superquadric
 
-    from .grasp_scoring import GraspContext
-    from .prototypes import Approach, Prototype
 
 USUAL_GRASPS: tuple[tuple[Prototype, Approach], ...] = (
     ("pincer", "top"),

@@ -10,11 +10,11 @@ from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.control import RobotModel
 
-from .hands import ParallelHand
+from .hands import AnyCommand, HandModel, ParallelHand
 from .hands.finger_control import FingerControl
 from .hands.jaw_control import JawControl
 from .pick_options import PickOptions
-from .report import PhaseRecord
+from .report import Phase, PhaseRecord
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -23,10 +23,8 @@ if TYPE_CHECKING:
 
     from eyehand.perception import DepthFrame, Scene
 
-    from .hands import AnyCommand, HandModel
     from .hands.hand_control import HandControl
     from .plan import GraspPlan
-    from .report import Phase
     from .robot import Robot, RobotReading
     from .tray import Tray
     from .tray_plan import TrayItem

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 from eyehand.control import CollisionWorld, PlannedApproach
 from eyehand.control.tasks import Posture
@@ -23,7 +23,6 @@ from .scene_validation import validate_scene
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-    from typing import TypeAlias
 
     from eyehand.perception import DepthFrame, Scene
 

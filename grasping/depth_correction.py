@@ -3,18 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.errors import InputError
-from eyehand.perception import segment
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from eyehand.perception import DepthFrame, Segmentation
+from eyehand.perception import DepthFrame, Segmentation, segment
 
 MAX_SCALE = 0.15
 """Maximum correction of the scale. A larger one is a wrong height or another surface."""

@@ -29,6 +29,8 @@ from .prototypes import (
     SIDE_POWER_WIDTH,
     TOP_POWER_HEIGHT,
     TOP_POWER_WIDTH,
+    GraspPurpose,
+    Prototype,
 )
 
 if TYPE_CHECKING:
@@ -38,7 +40,6 @@ if TYPE_CHECKING:
     from .hand_clearance import NeighbourPoints
     from .hands import HandModel
     from .palm_placement import PalmPlacement
-    from .prototypes import GraspPurpose, Prototype
 
 PURPOSE_PREFERENCE: dict[GraspPurpose, dict[Prototype, float]] = {
     "lift": {"power": 1.0, "precision": 0.9, "pincer": 0.9},

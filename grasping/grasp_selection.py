@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .control_tasks import control_tasks
-from .hands import ParallelHand
+from .hands import HandModel, ParallelHand
 from .jaw_plan import jaw_plans
 from .jaws import plan_grasps
 from .motion import TURN_SPEED, with_speed
 from .pick_state import TARGET, TRANSIT_SPEED, PickState, SelectedGrasp
-from .planning import plan_prototypes
+from .planning import GraspOptions, plan_prototypes
 from .reachable import is_reachable
 from .report import UNREACHABLE
 
@@ -26,9 +26,7 @@ if TYPE_CHECKING:
 
     from .cell import Cell
     from .failed_grasps import FailedGrasps
-    from .hands import HandModel
     from .plan import GraspPlan
-    from .planning import GraspOptions
 
     Candidates = list[tuple[float, SceneObject, GraspPlan]]
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from .hands import IDLE_OPENING
+from .hands import IDLE_OPENING, HandModel
 from .sphere_points import evenly_on_sphere
 
 if TYPE_CHECKING:
@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from eyehand.perception import SceneObject, SuperquadricFit
 
     from .grasp_geometry import GraspGeometry
-    from .hands import HandModel
     from .palm_placement import PalmPlacement
     from .prototypes import Prototype
 

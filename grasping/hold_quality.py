@@ -10,11 +10,11 @@ from scipy.special import ndtri
 from scipy.stats import qmc
 
 from .chord_kernels import pad_chords
-from .hands import TENSION_PER_TIP_FORCE, GripOptions
+from .hands import TENSION_PER_TIP_FORCE, GripOptions, HandModel
 from .hold_kernels import VARIATES, hold_probability
 from .pad_contacts import MAX_CHORD, MIN_OVERLAP, palm_position
 from .palm_placement import PalmPlacement
-from .prototypes import DENSITY_RANGE, LIKELY_DENSITY
+from .prototypes import DENSITY_RANGE, LIKELY_DENSITY, Prototype
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -22,9 +22,7 @@ if TYPE_CHECKING:
     from eyehand.perception import Superquadric
 
     from .grasp_geometry import GraspGeometry
-    from .hands import HandModel
     from .plan import GraspPlan
-    from .prototypes import Prototype
 
 SAMPLES = 256
 """Number of samples. The standard error of a probability is at most 3 %."""

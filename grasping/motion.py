@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Literal, Protocol
 
 import numpy as np
 
-from eyehand.control.tasks import AxisAlignment, Interval, LookAt, Orientation, Pose
+from eyehand.control.tasks import AxisAlignment, Interval, LookAt, Orientation, Pose, Task
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from eyehand.control import ControlStep, RobotModel
-    from eyehand.control.tasks import Task
 
     from .cell import Cell
     from .hands import AnyCommand

@@ -9,8 +9,15 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from scipy.spatial.transform import RigidTransform
 
-from eyehand.control import ApproachController, CollisionWorld, PlannedApproach
-from eyehand.control.tasks import Orientation, Position
+from eyehand.control import (
+    ApproachController,
+    CollisionWorld,
+    ControlOptions,
+    Obstacle,
+    PlannedApproach,
+    RobotModel,
+)
+from eyehand.control.tasks import Orientation, Position, Task
 
 from .motion import TURN_SPEED, execute, with_speed, within_slack
 from .obstacles import scene_obstacles, solid_obstacle
@@ -20,8 +27,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from eyehand.control import ControlOptions, Obstacle, RobotModel
-    from eyehand.control.tasks import Task
     from eyehand.perception import Scene, SceneObject
 
     from .cell import Cell

@@ -15,7 +15,7 @@ from .extents import measure_extents
 from .grasp_geometry import grasp_geometries
 from .grasp_scoring import GraspContext
 from .hand_clearance import neighbour_points
-from .hands import nominal_hand
+from .hands import HandModel, nominal_hand
 from .plan import GraspPlan, Score
 from .prototypes import GraspPurpose, mass_range
 
@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from eyehand.perception import SceneObject, SupportPlane
-
-    from .hands import HandModel
 
 
 @dataclass(frozen=True)

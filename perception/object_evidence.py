@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import cv2
 import numpy as np
 
-from .superquadric import MIN_POINTS, FitOptions, SuperquadricFit, fit_superquadric
+from .superquadric import MIN_POINTS, FitOptions, FreeSpace, SuperquadricFit, fit_superquadric
 from .visibility import view_free_space
 
 if TYPE_CHECKING:
@@ -17,7 +17,6 @@ if TYPE_CHECKING:
 
     from .frame import DepthFrame
     from .segmentation import Segmentation
-    from .superquadric import FreeSpace
 
 BORDER_PX = 1
 """Pixels removed from the border of every segment before its fit. Depth is least reliable there:

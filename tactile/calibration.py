@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from eyehand.errors import InputError
 
@@ -14,9 +14,6 @@ from .calibration_curves import BenchRun, check_bits, fit_characteristic, fit_cu
 from .curve_kernels import curve_pressures, rest_noise
 from .feature_kernels import read_pressures
 from .image import TactileArray, TactileImage
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 REST_SHARE = 0.1
 """Fraction of the bench readings, those at the lowest pressures, from which the noise at rest is

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from eyehand.errors import InputError
 
 from .curve_kernels import fit_cubics, make_monotone
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 MAX_BITS = 16
 """Maximum bits of a converter: readings are uint16."""

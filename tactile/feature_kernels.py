@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 from numba.np.unsafe.ndarray import to_fixed_tuple
+from numpy.typing import NDArray
 
 from .curve_kernels import curve_pressure
 from .moments import long_axis
 from .region import find_region
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 TRUSTED, SATURATED, DEAD = 0, 1, 2
 """State of a reading. TRUSTED: valid. SATURATED: a lower bound of the true pressure. DEAD: invalid,

@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
+from numpy.typing import NDArray
 
 from eyehand.errors import InputError
 
+from .calibration import Calibration
 from .feature_kernels import VALUE_COUNT, Buffers, read_features
 from .features import ContactFeatures, FeatureOptions, kernel_rule, unpack, with_hough
 from .image import TactileArray, TactileImage
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from .calibration import Calibration
 
 
 class FeatureReader:

@@ -4,15 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from eyehand.errors import InputError
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 FINGER_RADIUS = 0.008
 """Radius of the fingertip's cylinder and of the hemisphere at its end, m, as of a person."""

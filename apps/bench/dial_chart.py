@@ -11,10 +11,10 @@ from rich.table import Table
 
 from eyehand.apps.console import print_json, say, show
 from eyehand.errors import InputError
-from eyehand.perception import StoredFront
+from eyehand.perception import FrontFormat, StoredFront
 from eyehand.perception.io import atomic_write
 
-from .chart_style import write_chart
+from .chart_style import Provenance, write_chart
 from .machine import machine_line
 from .pareto import simplest_front
 from .pareto_chart import BaselineCurve, ChartPoint, ParetoChart
@@ -25,9 +25,6 @@ if TYPE_CHECKING:
 
     from matplotlib.figure import Figure
 
-    from eyehand.perception import FrontFormat
-
-    from .chart_style import Provenance
     from .comparison import Method, MethodResult
     from .dials import DialSetting
 

@@ -6,7 +6,7 @@ A command keeps its options and its help. Its `Experiment` says how to measure, 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -21,8 +21,6 @@ from ..run_folder import claim_folder
 from .chart_style import Provenance, write_chart
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from matplotlib.figure import Figure
 
 Rows = Sequence[Mapping[str, Any]]

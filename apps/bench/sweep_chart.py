@@ -23,7 +23,7 @@ from .chart_style import (
     new_chart,
     write_chart,
 )
-from .sweep import MIN_PASS_RATE, SweepStep, format_value
+from .sweep import MIN_PASS_RATE, SweepResult, SweepStep, format_value
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -31,7 +31,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from .sweep import SweepResult
 
 COLUMNS = 4
 """Panels side by side."""

@@ -9,7 +9,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from eyehand.errors import InputError
-from eyehand.perception import PerceiveOptions, fit_superquadric, perceive, read_frame, segment
+from eyehand.perception import (
+    DepthFrame,
+    FitOptions,
+    PerceiveOptions,
+    SuperquadricFit,
+    fit_superquadric,
+    perceive,
+    read_frame,
+    segment,
+)
 from eyehand.perception.io import (
     CLOUD_SUFFIXES,
     FRAME_SUFFIXES,
@@ -24,8 +33,6 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
-
-    from eyehand.perception import DepthFrame, FitOptions, SuperquadricFit
 
     from ..frame_masks import FrameMasks
 

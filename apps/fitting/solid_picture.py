@@ -9,14 +9,13 @@ import numpy as np
 
 from ..bench.chart_style import DPI, FAINT, FOOTER, INK, MARGIN, TEXT, TITLE, WIDTH
 from .flat_panels import flat_panel
-from .picture_scene import picture_scene, residual_colours, rgb
+from .picture_scene import PictureScene, picture_scene, residual_colours, rgb
 from .solid_text import headline
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from .fit_inputs import FittedCloud
-    from .picture_scene import PictureScene
 
     Anchor = Literal["left", "center", "right"]
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from html import escape
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import numpy as np
 
@@ -11,13 +11,9 @@ from ..bench.report_page import data_url, html_page, html_table
 from ..output_files import write_text
 from ..wording import counted, plural
 from .capture_cards import capture_card, final_capture_card, object_cell, outcome_pill
+from .demo_record import Capture, DemoRecord
 from .demo_table import task_words
 from .score_terms import SIZE_NOTE, score_legend
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from .demo_record import Capture, DemoRecord
 
 EMBEDDED_BYTES = 12_000_000
 """Maximum size of an embedded video, bytes. A larger one stays a file beside the page, because

@@ -13,7 +13,7 @@ from ..fitting.page_server import close_server, open_server
 from ..fitting.viewer_page import viewer_html
 from ..scene_json import fit_parts
 from ..scene_picture import colour_of
-from .jaw_shapes import CORNERS, FACES, drawn_grasps
+from .jaw_shapes import CORNERS, FACES, DrawnGrasp, drawn_grasps
 from .jaw_table import approach_name
 from .view_scene import nearby_points, view_axes, viewed_points
 
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from .jaw_frame import GraspedFrame
-    from .jaw_shapes import DrawnGrasp
 
 INK = (34, 38, 43)
 OPACITY, PALM_OPACITY = 0.45, 0.12

@@ -11,7 +11,7 @@ from eyehand.perception.superquadric import mesh
 
 from ..scene_json import fit_parts
 from ..scene_picture import SUBPIXEL, colour_of, overlay_picture
-from .jaw_shapes import EDGES, FACES, drawn_grasps
+from .jaw_shapes import EDGES, FACES, DrawnGrasp, drawn_grasps
 from .jaw_table import approach_name
 from .painted_view import PaintedView
 from .view_scene import AROUND, nearby_points, view_axes, viewed_points
@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from .jaw_frame import GraspedFrame
-    from .jaw_shapes import DrawnGrasp
 
 PANEL_HEIGHT = 720
 PANEL_WIDTH = 880

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from eyehand.control import Box, Cylinder
+from eyehand.control import Box, Cylinder, Obstacle
 
 from ..bench import Provenance, add_footer, new_chart
 from ..bench.chart_style import (
@@ -24,7 +24,7 @@ from ..bench.chart_style import (
     TEXT,
     WIDTH,
 )
-from .fig1_scene import OPTIONS
+from .fig1_scene import OPTIONS, Fig1Scene
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -33,10 +33,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
-    from eyehand.control import Obstacle
-
     from .fig1_run import Fig1Run
-    from .fig1_scene import Fig1Scene
 
 X, Y = (-0.58, 0.44), (-0.07, 0.86)
 """Limits of the drawn part of the plane, m."""

@@ -6,7 +6,16 @@ from typing import TYPE_CHECKING, Any
 
 from eyehand.control import ControlOptions
 
-from ..bench import CheckReport, ReportSpec, StressArguments, StressCheck, StressStage, run_stress
+from ..bench import (
+    CheckReport,
+    ReportSpec,
+    StressArguments,
+    StressCheck,
+    StressStage,
+    Sweep,
+    SweepStep,
+    run_stress,
+)
 from ..bench.chart_style import GREY, VERMILION, draw_curve
 from ..bench.shares import draw_bars, draw_dotted, refused_pct, score_pct, unclean_pct, worst
 from ..bench.stress_case import check_cases
@@ -22,7 +31,6 @@ if TYPE_CHECKING:
 
     from matplotlib.axes import Axes
 
-    from ..bench import Sweep, SweepStep
 
 DIGITS = 4
 """Number of significant digits of measured values."""

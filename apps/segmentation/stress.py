@@ -11,14 +11,14 @@ from eyehand.apps.perceived_frame import load_kernels
 from eyehand.data_synth.render import render_staged
 from eyehand.perception import DepthFrame, SegmentationOptions, segment
 
-from ..bench import ReportSpec, StressArguments, StressStage, run_stress
+from ..bench import ReportSpec, StressArguments, StressStage, SweepStep, run_stress
 from ..bench.chart_style import draw_curve
 from ..bench.shares import milliseconds, percent
-from ..bench.sweep import format_value
+from ..bench.sweep import SweepResult, format_value
 from .pictures import ScoredFrame, write_sheet
 from .score import score_segmentation
 from .stress_sweeps import SEGMENTATION_SWEEPS
-from .stress_trial import TrialPicture
+from .stress_trial import SegmentCallable, TrialPicture
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -26,9 +26,6 @@ if TYPE_CHECKING:
 
     from matplotlib.axes import Axes
 
-    from ..bench import SweepStep
-    from ..bench.sweep import SweepResult
-    from .stress_trial import SegmentCallable
 
 MIN_SHOWN_PX = 64
 """Minimum image size for a picture. Sweeps of smaller images test error messages."""

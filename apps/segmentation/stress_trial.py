@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from eyehand.data_synth.render import noise_at_one_metre, staged_frame
+from eyehand.data_synth.render import StagedScene, noise_at_one_metre, staged_frame
 
 from ..bench import Trial
 from .score import score_segmentation
@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from eyehand.data_synth import DepthNoise
-    from eyehand.data_synth.render import StagedScene
     from eyehand.perception import DepthFrame, Segmentation
 
 BASE_NOISE = noise_at_one_metre(0.001)

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..bench import Provenance, add_footer, new_chart
 from ..bench.chart_style import BLUE, FAINT, GREY, LINE, TEXT, VERMILION, add_legend, label_axes
-from .cable_run import SETTLING
+from .cable_run import SETTLING, CableRun
 from .cable_shapes import CABLE_RADIUS
 
 if TYPE_CHECKING:
@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
-    from .cable_run import CableRun
 
 HEIGHT = 6.2
 """Height of the figure, inches."""

@@ -8,14 +8,13 @@ import numpy as np
 
 from ..bench import Provenance, add_footer, new_chart
 from ..bench.chart_style import BLUE, GREY, INK, LINE, VERMILION, add_legend, label_axes
-from .edge_run import ALIGN_SECONDS
+from .edge_run import ALIGN_SECONDS, EdgeRun
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from matplotlib.figure import Figure
 
-    from .edge_run import EdgeRun
 
 HEIGHT = 5.0
 """Height of the figure, inches."""

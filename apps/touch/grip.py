@@ -8,9 +8,17 @@ import numpy as np
 
 from eyehand.data_synth.pad import SENSORS
 
-from ..bench import Experiment, ExperimentResult, add_footer, new_chart, result_table
+from ..bench import (
+    Experiment,
+    ExperimentResult,
+    Provenance,
+    TrialPlan,
+    add_footer,
+    new_chart,
+    result_table,
+)
 from ..bench.chart_style import BLUE, GREEN, GREY, VERMILION, label_axes
-from .grip_trials import LAG, LAWS, LOST_SLIDE, draw_grip_trial, run_law
+from .grip_trials import LAG, LAWS, LOST_SLIDE, GripResult, draw_grip_trial, run_law
 from .trial_arguments import TrialArguments, run_trials
 
 if TYPE_CHECKING:
@@ -18,9 +26,7 @@ if TYPE_CHECKING:
 
     from matplotlib.figure import Figure
 
-    from ..bench import Provenance, TrialPlan
     from .arm_rig import SensorName
-    from .grip_trials import GripResult
 
 BOUND = "all-knowing"
 """The law that the others are judged against."""

@@ -10,6 +10,7 @@ from ..bench import (
     Experiment,
     ExperimentResult,
     Provenance,
+    TrialPlan,
     add_footer,
     new_chart,
     result_table,
@@ -23,7 +24,6 @@ if TYPE_CHECKING:
 
     from matplotlib.figure import Figure
 
-    from ..bench import TrialPlan
     from .arm_rig import SensorName
 
 

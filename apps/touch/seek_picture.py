@@ -8,7 +8,7 @@ import numpy as np
 
 from ..bench import Provenance, add_footer, new_chart
 from ..bench.chart_style import BLUE, FAINT, GREEN, GREY, INK, LABEL, MARGIN, TEXT, VERMILION, WIDTH
-from .seek_run import SHARP
+from .seek_run import SHARP, SeekRun
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
-    from .seek_run import SeekRun
 
 BETWEEN, NAME = 0.12, 0.34
 """Distance between panels, and height of a panel's name, inches."""

@@ -11,6 +11,7 @@ import numpy as np
 from ..bench import (
     Experiment,
     ExperimentResult,
+    TrialPlan,
     add_footer,
     new_chart,
     result_table,
@@ -24,7 +25,6 @@ from .trial_arguments import TrialArguments, run_trials
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from ..bench import TrialPlan
 
 PUBLISHED_PCT = 82.56
 """Best share of right windows on unseen objects in the publication, from windows of 50 ms."""

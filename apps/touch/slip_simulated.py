@@ -8,7 +8,7 @@ import numpy as np
 
 from eyehand.data_synth.pad import SENSORS
 
-from ..bench import ExperimentResult, add_footer, new_chart, result_table
+from ..bench import ExperimentResult, TrialPlan, add_footer, new_chart, result_table
 from ..bench.chart_style import BLUE, GREEN, GREY, VERMILION, add_legend, label_axes
 from ..console import tracked
 from .slip_detection import (
@@ -20,7 +20,7 @@ from .slip_detection import (
     judge_alarms,
     train_detector,
 )
-from .slip_trials import EVENTS, TEST_SHAPES, TRAIN_SHAPES, run_slip_trial
+from .slip_trials import EVENTS, TEST_SHAPES, TRAIN_SHAPES, SlipTrial, run_slip_trial
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -28,9 +28,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from numpy.typing import NDArray
 
-    from ..bench import TrialPlan
     from .arm_rig import SensorName
-    from .slip_trials import SlipTrial
 
 RANGES, QUICK_RANGES = (5e3, 20e3, 80e3), (20e3,)
 """Ranges of the pads, Pa."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from ..bench import ReportSpec, StressArguments, StressStage, run_stress
+from ..bench import ReportSpec, StressArguments, StressStage, Sweep, SweepStep, run_stress
 from ..bench.chart_style import GREY, VERMILION, draw_curve
 from ..bench.shares import draw_bars, refused_pct, share_pct, worst
 from .contact_sweeps import CONTACT_SWEEPS
@@ -17,7 +17,6 @@ if TYPE_CHECKING:
 
     from matplotlib.axes import Axes
 
-    from ..bench import Sweep, SweepStep
 
 DIGITS = 4
 """Significant digits of measured figures."""

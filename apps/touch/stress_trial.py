@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from eyehand.tactile import PRESETS, ServoOptions, TactileServo, TouchPhases
 
 from ..bench import Trial
-from .stress_world import CYCLE
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from .stress_world import CarriedPad
+from .stress_world import CYCLE, CarriedPad
 
 CALM_CONTACT = "pressure reached and calm"
 """What a trial requires if its sweep requires nothing else."""

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from math import exp
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from eyehand.data_synth import import_mujoco
@@ -19,20 +21,12 @@ from eyehand.data_synth.pad import (
     PadSimulation,
     SensorModel,
     TactilePad,
+    TactileReadout,
+    TouchObject,
     run_bench,
 )
-from eyehand.tactile import FeatureReader, calibrate
-from eyehand.tactile.sensors import SensorInfo, SensorMonitor, TactileFrame
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-    from typing import Any
-
-    from numpy.typing import NDArray
-
-    from eyehand.data_synth.pad import TactileReadout, TouchObject
-    from eyehand.tactile import Calibration, ContactFeatures, FeatureOptions
-    from eyehand.tactile.sensors import SensorFault
+from eyehand.tactile import Calibration, ContactFeatures, FeatureOptions, FeatureReader, calibrate
+from eyehand.tactile.sensors import SensorFault, SensorInfo, SensorMonitor, TactileFrame
 
 CYCLE = 1.0 / CONTROL_RATE
 """Duration of a control cycle, s."""

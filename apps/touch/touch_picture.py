@@ -3,19 +3,14 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Callable
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
+from eyehand.tactile import ContactFeatures, TactileImage
 from eyehand.tactile.image import tangents
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from numpy.typing import NDArray
-
-    from eyehand.tactile import ContactFeatures, TactileImage
 
 SIZE = 480
 """Length of the picture's longer side, pixels."""

@@ -8,14 +8,13 @@ import numpy as np
 
 from ..bench import Provenance, add_footer, new_chart
 from ..bench.chart_style import BLUE, GREEN, GREY, INK, RULE, VERMILION, add_legend, label_axes
-from .track_trial import OBJECTS, PIXEL, PRESSURE
+from .track_trial import OBJECTS, PIXEL, PRESSURE, TrackTrial
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from matplotlib.figure import Figure
 
-    from .track_trial import TrackTrial
 
 SHOWN = 1.2
 """Plotted time after the landing, s. The curves are constant after it."""

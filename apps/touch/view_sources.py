@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -20,12 +19,9 @@ from eyehand.data_synth.pad import (
 )
 from eyehand.errors import InputError
 from eyehand.tactile import Calibration, calibrate
-from eyehand.tactile.sensors import RecordedSensor, serial_4x6_shear, serial_16x16
+from eyehand.tactile.sensors import RecordedSensor, TactileSensor, serial_4x6_shear, serial_16x16
 
 from .stress_world import TACTELS, compiled_world
-
-if TYPE_CHECKING:
-    from eyehand.tactile.sensors import TactileSensor
 
 SERIAL = {"serial": serial_16x16, "shear": serial_4x6_shear}
 """Driver of each prefix of a serial source."""

@@ -7,10 +7,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from eyehand.errors import InputError
-from eyehand.grasping.hands import JawCommand, JawReading
+from eyehand.grasping.hands import AnyCommand, JawCommand, JawReading
 
 if TYPE_CHECKING:
-    from eyehand.grasping.hands import AnyCommand
     from eyehand.tactile import TactileImage
 
     from .jaw_mechanism import JawMechanism

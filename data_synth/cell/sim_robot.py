@@ -20,7 +20,7 @@ from .arm_servos import ArmServos
 from .cell_appearance import DISPLAY_EYE, DISPLAY_FOCAL_SHARE, DISPLAY_TARGET
 from .contact_record import ContactRecord
 from .fingertip_pads import FingertipPads
-from .grasp_world import ROBOT_PREFIX
+from .grasp_world import ROBOT_PREFIX, GraspWorld
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -29,7 +29,6 @@ if TYPE_CHECKING:
     from eyehand.grasping.hands import AnyCommand
 
     from ..render.rendered_view import DepthRenderer
-    from .grasp_world import GraspWorld
 
 PERIOD_S = 0.004
 """Control period, s. It must be a multiple of the physics step."""

@@ -2,26 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.errors import InputError
 
 from ..arms import HOME_KEY
 from ..mujoco_import import import_mujoco
+from .pad_scene import PadScene
+from .sensor_model import SensorModel
 from .tactile_pad import IMAGE_RATE, TactilePad
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from numpy.typing import NDArray
-
-    from .pad_scene import PadScene
-    from .sensor_model import SensorModel
-    from .tactile_readout import TactileReadout
+from .tactile_readout import TactileReadout
 
 CONTROL_RATE = 250.0
 """Control cycles per second of the chapter's arm."""

@@ -9,14 +9,12 @@ from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.errors import InputError
 from eyehand.perception import CameraIntrinsics
-from eyehand.perception.superquadric import mesh
+from eyehand.perception.superquadric import Superquadric, mesh
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from numpy.typing import ArrayLike, NDArray
-
-    from eyehand.perception.superquadric import Superquadric
 
     from .tabletop_options import TabletopOptions, ViewOptions
 

@@ -3,24 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from eyehand.errors import DeviceError
 
+from ..calibration import Calibration
 from ..feature_reader import FeatureReader
+from ..features import ContactFeatures, FeatureOptions
+from ..image import TactileImage
+from ..phase_step import SensorFault
+from .protocol import TactileFrame, TactileSensor
 from .rest_tracker import RestTracker
 from .sensor_monitor import SensorMonitor
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from ..calibration import Calibration
-    from ..features import ContactFeatures, FeatureOptions
-    from ..image import TactileImage
-    from ..phase_step import SensorFault
-    from .protocol import TactileFrame, TactileSensor
 
 MAX_STEP = 0.1
 """Maximum time between two images by which the drift is followed, s."""

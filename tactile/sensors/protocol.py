@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from eyehand.errors import InputError
 
 from ..calibration_curves import check_bits
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from ..image import TactileArray
+from ..image import TactileArray
 
 
 @dataclass(frozen=True)

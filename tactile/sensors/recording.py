@@ -6,10 +6,12 @@ import secrets
 import struct
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from types import TracebackType
+from typing import Any
 
 from eyehand.errors import DeviceError, InputError
 
+from ..calibration import Calibration
 from ..calibration_file import calibration_bytes, read_calibration
 from .messages import (
     FRAME_SCHEMA,
@@ -21,12 +23,7 @@ from .messages import (
     encode_frame,
     encode_info,
 )
-
-if TYPE_CHECKING:
-    from types import TracebackType
-
-    from ..calibration import Calibration
-    from .protocol import SensorInfo, TactileFrame
+from .protocol import SensorInfo, TactileFrame
 
 INFO_TOPIC, FRAME_TOPIC = "/tactile/info", "/tactile/frames"
 """Topics of the description and of the images."""

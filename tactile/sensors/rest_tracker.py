@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from eyehand.errors import InputError
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from ..calibration import Calibration
+from ..calibration import Calibration
 
 MIN_IMAGES = 20
 """Minimum number of images for zeroing. Their mean has a quarter of the noise of an image."""

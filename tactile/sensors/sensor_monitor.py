@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
+from numpy.typing import NDArray
 
+from ..calibration import Calibration
 from ..phase_step import SensorFault
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from ..calibration import Calibration
-    from .protocol import SensorInfo, TactileFrame
+from .protocol import SensorInfo, TactileFrame
 
 STOP_SECONDS, STOP_IMAGES = 0.04, 5
 """Time without an image after which a sensor has stopped, s and in its periods; the longer one

@@ -22,7 +22,7 @@ import struct
 import termios
 import time
 import tty
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import numpy as np
 
@@ -30,9 +30,6 @@ from eyehand.errors import DeviceError, InputError
 
 from ..image import TactileArray
 from .protocol import SensorInfo, TactileFrame
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 SYNC = b"\xa5\x5a"
 _HEADER = struct.Struct("<2sBBBBI")

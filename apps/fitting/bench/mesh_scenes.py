@@ -11,7 +11,7 @@ from scipy.spatial.transform import RigidTransform
 
 from eyehand.data_synth import look_at
 
-from .mesh_views import NoiseName, PlacedMesh, render_view, rest_on_table
+from .mesh_views import MeshView, NoiseName, PlacedMesh, render_view, rest_on_table
 from .rendered_clouds import view_direction
 from .resting_poses import resting_rotations
 
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from .household_meshes import HouseholdMesh
-    from .mesh_views import MeshView
 
 NEIGHBOURS = 3
 """Number of neighbours of the first object of a scene."""

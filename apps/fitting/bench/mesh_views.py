@@ -13,7 +13,7 @@ from eyehand.data_synth import DepthNoise, ViewOptions, add_depth_noise, look_at
 from eyehand.data_synth.render import axial_sigma
 from eyehand.data_synth.scenes import camera_intrinsics
 from eyehand.errors import InputError
-from eyehand.perception import DepthFrame, SupportPlane
+from eyehand.perception import CameraIntrinsics, DepthFrame, SupportPlane
 
 from ...open3d_import import import_open3d
 from .rendered_clouds import view_direction
@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
     from numpy.typing import NDArray
-
-    from eyehand.perception import CameraIntrinsics
 
     from .household_meshes import HouseholdMesh
 

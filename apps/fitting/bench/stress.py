@@ -9,7 +9,16 @@ import numpy as np
 
 from eyehand.apps.perceived_frame import load_kernels
 
-from ...bench import CheckReport, ReportSpec, StressArguments, StressCheck, StressStage, run_stress
+from ...bench import (
+    CheckReport,
+    ReportSpec,
+    StressArguments,
+    StressCheck,
+    StressStage,
+    Sweep,
+    SweepStep,
+    run_stress,
+)
 from ...bench.chart_style import COLOURS, GREY, SKY, VERMILION, draw_curve
 from ...bench.shares import draw_bars, draw_dotted, milliseconds, percent, refused_pct, share_pct
 from ...bench.stress_case import check_cases
@@ -19,15 +28,13 @@ from .extreme_clouds import extremes
 from .fit_answer import FAILED
 from .rendered_sweeps import rendered_sweeps
 from .solid_sweeps import solid_sweeps
-from .stress_trial import RIGHT, baseline_method, fit_method
+from .stress_trial import RIGHT, FitCallable, baseline_method, fit_method
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from matplotlib.axes import Axes
 
-    from ...bench import Sweep, SweepStep
-    from .stress_trial import FitCallable
 
 MAX_EXTREME_SEEDS = 3
 """Number of seeds for each extreme cloud. The answer hardly depends on them."""

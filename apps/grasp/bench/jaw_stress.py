@@ -12,7 +12,7 @@ from eyehand.grasping import JawOptions, load_hand
 from ...bench.chart_style import GREY, draw_curve
 from ...bench.shares import draw_bars, milliseconds, refused_pct
 from ...bench.stress import StressArguments, StressStage, run_stress
-from ...bench.sweep import Sweep, Trial
+from ...bench.sweep import Sweep, SweepStep, Trial
 from ...bench.sweep_chart import ReportSpec
 from ..clutter_round import Changes, clutter_objects, run_clutter_round
 
@@ -22,7 +22,6 @@ if TYPE_CHECKING:
 
     from matplotlib.axes import Axes
 
-    from ...bench.sweep import SweepStep
 
 RIGHT = "the first grasp removes an object"
 

@@ -10,7 +10,7 @@ import hashlib
 import importlib
 import json
 import traceback
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict, dataclass, field, fields, is_dataclass
 from functools import cache
 from pathlib import Path
@@ -23,8 +23,6 @@ from eyehand.errors import DeviceError
 from ...bench.peak_memory import return_freed_memory
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
     from eyehand.data_synth.scenes import Split
 
 Family = Literal["single", "packed", "pile"]

@@ -3,23 +3,19 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Mapping, Sequence
 from html import escape
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 from eyehand.apps.wording import counted
 
 from ...bench.chart_style import BLUE, GREEN, INK, ORANGE, PURPLE, SKY, VERMILION
 from ...bench.report_page import data_url, html_page, html_table
 from ...output_files import write_text
-from .summary import PLACED, outcome_counts, prototype_rows, worst_scenes
+from .summary import PLACED, Record, outcome_counts, prototype_rows, worst_scenes
 from .summary_table import CAPTION, COLUMNS, NO_VALUE, rate_text, table_cells
 from .unattempted import REFUSED
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-    from pathlib import Path
-
-    from .summary import Record
 
 MAX_WORST = 20
 """Maximum number of listed scenes."""
