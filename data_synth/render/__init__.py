@@ -11,6 +11,7 @@ from .dex_noise import add_dex_noise
 from .gl_probe import gl_fault, gl_module
 from .gl_renderer import GlRenderer
 from .rendered_view import DepthRenderer, RenderedView
+from .scene_frame import capture, render_frame
 from .staged_scene import (
     StagedObject,
     StagedScene,
@@ -19,7 +20,6 @@ from .staged_scene import (
     render_staged,
     staged_frame,
 )
-from .synthetic_camera import SyntheticCamera, capture, render_frame
 
 __all__ = [
     "SENSORS",
@@ -33,7 +33,6 @@ __all__ = [
     "StagedObject",
     "StagedScene",
     "StagedView",
-    "SyntheticCamera",
     "add_depth_noise",
     "add_dex_noise",
     "axial_sigma",

@@ -1,6 +1,6 @@
 """Sources of depth frames, and the calibration of a camera's pose.
 
-An OAK camera, its recordings, recordings of ROS 2 and files on disk follow the `Camera` protocol.
+An OAK camera, its recordings and recordings of ROS 2 follow the `Camera` protocol.
 """
 
 from .calibration_board import (
@@ -11,10 +11,8 @@ from .calibration_board import (
     detect_board,
 )
 from .depthai_import import load_depthai
-from .file_sequence import FileSequence
 from .hand_eye import CameraMount, HandEye, HandEyeOptions, calibrate_hand_eye
 from .oak import OakCamera, OakOptions
-from .oak_calibration import intrinsics_from_calibration
 from .oak_recorder import record_frames
 from .oak_recording import OakRecording
 from .protocol import Camera
@@ -25,7 +23,6 @@ __all__ = [
     "CalibrationBoard",
     "Camera",
     "CameraMount",
-    "FileSequence",
     "HandEye",
     "HandEyeOptions",
     "OakCamera",
@@ -36,7 +33,6 @@ __all__ = [
     "charuco_board",
     "checkerboard",
     "detect_board",
-    "intrinsics_from_calibration",
     "is_ros_recording",
     "load_depthai",
     "record_frames",

@@ -1,4 +1,4 @@
-"""The synthetic camera: protocol, frames and noise."""
+"""Depth frames of synthetic scenes: points, labels and noise."""
 
 from __future__ import annotations
 
@@ -7,20 +7,14 @@ import pytest
 
 from eyehand.data_synth import (
     DepthNoise,
-    SyntheticCamera,
     TabletopOptions,
     ViewOptions,
     make_scene,
     render_frame,
 )
 from eyehand.errors import InputError
-from eyehand.perception.cameras import Camera
 
 OPTIONS = TabletopOptions(count_range=(2, 3), view=ViewOptions(image_size=(160, 120)))
-
-
-def test_synthetic_camera_implements_camera_protocol():
-    assert isinstance(SyntheticCamera([0]), Camera)
 
 
 def test_frame_has_camera_pose_and_colour():
@@ -52,30 +46,6 @@ def test_noise_is_repeatable_with_seed():
     assert not np.array_equal(one.depth, clean.depth)
 
 
-def test_frames_of_one_scene_differ_by_noise_only():
-    camera = SyntheticCamera(
-        [3, make_scene(4, OPTIONS)],
-        DepthNoise.realistic(),
-        options=OPTIONS,
-        captures=2,
-        colour=False,
-    )
-    frames = list(camera.frames())
-    again = list(camera.frames())
-    assert len(frames) == 4
-    for one, other in zip(frames, again, strict=True):
-        assert np.array_equal(one.depth, other.depth)
-    assert not np.array_equal(frames[0].depth, frames[1].depth)
-    valid = frames[0].valid & frames[1].valid
-    assert np.median(np.abs(frames[0].depth - frames[1].depth)[valid]) < 0.01
-    assert frames[0].T_world_camera is frames[1].T_world_camera
-    assert frames[0].colour is None
-
-
-def test_synthetic_camera_rejects_invalid_arguments():
-    with pytest.raises(InputError, match="one scene or seed"):
-        SyntheticCamera([])
-    with pytest.raises(InputError, match="captures must be >= 1"):
-        SyntheticCamera([0], captures=0)
+def test_negative_seed_is_rejected():
     with pytest.raises(InputError, match="seed must be a whole number >= 0, got -1"):
         render_frame(make_scene(0, OPTIONS), seed=-1)
