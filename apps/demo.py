@@ -162,6 +162,8 @@ def demo(
         if pictured is not None:
             write_moving_picture(out / PICTURE_FILE, film.path, pictured)
             say(f"moving picture: {out / PICTURE_FILE}")
+        else:
+            _remove_old(out / PICTURE_FILE)
     write_results(record, out, json)
     return 0
 
@@ -189,7 +191,8 @@ def write_results(record: DemoRecord, out: Path, json: bool) -> None:
     page = out / "report.html"
     write_report(page, record)
     if record.film is None:
-        _remove_film(out / FILM_FILE)
+        _remove_old(out / FILM_FILE)
+        _remove_old(out / PICTURE_FILE)
     show(demo_table(record), json_wanted=json)
     files = [str(page)] if record.film is None else [str(page), str(record.film)]
     say(f"open {' and '.join(files)}")
@@ -224,8 +227,8 @@ def _film(path: Path) -> Film | None:
     return Film(path)
 
 
-def _remove_film(path: Path) -> None:
-    """Remove the film of an earlier run."""
+def _remove_old(path: Path) -> None:
+    """Remove a file of an earlier run."""
     try:
         path.unlink(missing_ok=True)
     except OSError as error:

@@ -15,6 +15,8 @@ from .calibration import Calibration
 
 SCHEMA = "eyehand.calibration/1"
 """Name and version of the format."""
+MAX_FILE_BYTES = 1 << 28
+"""Maximum size of a file, and of its arrays unpacked, bytes."""
 _ARRAYS = ("raws", "pressures", "rest", "noise", "ceiling", "dead")
 _DAMAGES = (
     OSError, ValueError, TypeError, KeyError, EOFError, AttributeError, zipfile.BadZipFile,
@@ -68,6 +70,11 @@ def load_calibration(path: Path | str) -> Calibration:
         If the file does not exist, is not a calibration, or has another version.
     """
     try:
+        size = Path(path).stat().st_size
+        if size > MAX_FILE_BYTES:
+            raise InputError(
+                f"calibration {path} has {size} bytes, expected at most {MAX_FILE_BYTES}"
+            )
         data = Path(path).read_bytes()
     except FileNotFoundError as error:
         raise InputError(f"calibration {path} does not exist") from error
@@ -86,6 +93,13 @@ def read_calibration(data: bytes, name: str) -> Calibration:
     """
     try:
         with np.load(io.BytesIO(data), allow_pickle=False) as archive:
+            # zipfile never unpacks more than the sizes declared here.
+            unpacked = sum(member.file_size for member in archive.zip.infolist())
+            if unpacked > MAX_FILE_BYTES:
+                raise InputError(
+                    f"{name}: its arrays unpack to {unpacked} bytes, expected at most "
+                    f"{MAX_FILE_BYTES}"
+                )
             if "schema" not in archive or str(archive["schema"]) != SCHEMA:
                 raise InputError(f"schema must be {SCHEMA}")
             arrays = {name: archive[name] for name in _ARRAYS}

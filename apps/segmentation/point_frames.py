@@ -6,6 +6,7 @@ has points on each visible part. Points on the background and boxes to ignore co
 
 from __future__ import annotations
 
+import io
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -15,6 +16,7 @@ from typing import Any, Literal
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from PIL import Image
 
 from eyehand.errors import InputError
 from eyehand.perception import DepthFrame, read_frame
@@ -149,7 +151,16 @@ def _read(path: Path) -> PointFrame:
 def _read_colour(path: Path, frame: DepthFrame) -> NDArray[np.uint8] | None:
     if not path.is_file():
         return None
-    image = cv2.imdecode(np.frombuffer(read_bytes(path), np.uint8), cv2.IMREAD_COLOR_RGB)
+    data = read_bytes(path)
+    try:
+        # Only the header is read here: an image of any size is refused before it is unpacked.
+        with Image.open(io.BytesIO(data)) as header:
+            size = header.size
+    except (OSError, ValueError, Image.DecompressionBombError):
+        size = None
+    image = None
+    if size == frame.depth.shape[::-1]:
+        image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR_RGB)
     if image is None or image.shape[:2] != frame.depth.shape:
         raise InputError(f"{path} is no colour image of {frame.depth.shape[::-1]} px")
     return image.astype(np.uint8)

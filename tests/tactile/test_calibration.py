@@ -1,5 +1,7 @@
 """Calibration on a synthetic bench: characteristics, noise and faulty tactels."""
 
+import tracemalloc
+import zipfile
 from dataclasses import replace
 
 import numpy as np
@@ -20,6 +22,7 @@ from eyehand.tactile import (
     save_calibration,
 )
 from eyehand.tactile.calibration_curves import fit_curves
+from eyehand.tactile.calibration_file import MAX_FILE_BYTES
 from eyehand.tactile.curve_kernels import curve_pressure, make_monotone
 
 from .synthetic_pad import SyntheticPad
@@ -238,6 +241,18 @@ def test_load_calibration_rejects_invalid_files(tmp_path):
         save_calibration(FULL, tmp_path / "pad.txt")
     with pytest.raises(InputError, match="folder"):
         save_calibration(FULL, tmp_path / "nowhere" / "pad.npz")
+
+
+def test_calibration_that_unpacks_to_too_much_is_refused_at_once(tmp_path):
+    path = tmp_path / "bomb.npz"
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("rest.npy", bytes(MAX_FILE_BYTES + 1))
+    tracemalloc.start()
+    with pytest.raises(InputError, match=f"unpack to {MAX_FILE_BYTES + 1} bytes"):
+        load_calibration(path)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 10e6
 
 
 def test_bench_run_rejects_invalid_data():

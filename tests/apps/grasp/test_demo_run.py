@@ -282,12 +282,14 @@ def test_observer_time_is_excluded_from_robot_time(single):
 def test_run_without_film_removes_only_earlier_film(cleared, tmp_path, capsys):
     record, _ = cleared
     old, others = tmp_path / "demo.mp4", tmp_path / "mine.mp4"
-    for path in (old, others):
+    picture = tmp_path / "demo.webp"
+    for path in (old, picture, others):
         path.write_bytes(b"a film")
     write_results(replace(record, film=old), tmp_path, json=False)
     assert old.is_file()
     write_results(record, tmp_path, json=False)
     assert not old.exists()
+    assert not picture.exists()
     assert others.is_file()
     assert str(old) not in capsys.readouterr().err.splitlines()[-1]
     old.mkdir()

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from eyehand.apps.main import main
+from eyehand.apps.segmentation import point_frames
 from eyehand.apps.segmentation.point_frames import PointFrame, read_point_frames, score_points
 from eyehand.data_synth import DepthNoise, make_scene, render_frame
 from eyehand.errors import InputError
@@ -65,6 +66,31 @@ def test_missing_and_damaged_annotations_are_refused(tmp_path):
     (folder / "points.json").write_text('{"objects": [{"name": "cup"}]}')
     with pytest.raises(InputError, match="no file of annotated points"):
         read_point_frames(tmp_path)
+
+
+def test_colour_of_another_size_is_refused_from_its_header(tmp_path, monkeypatch):
+    folder = tmp_path / "one"
+    folder.mkdir()
+    write_png(folder / "depth.png", np.full((10, 20), 1000, np.uint16))
+    write_intrinsics(folder / "camera.json", CAMERA)
+    (folder / "points.json").write_text('{"objects": []}')
+    image = cv2.imencode(".jpg", np.zeros((10, 20, 3), np.uint8))[1].tobytes()
+    (folder / "colour.jpg").write_bytes(image)
+    assert read_point_frames(tmp_path)[0].colour is not None
+    # The frame header of a JPEG begins with FF C0 and holds height and width.
+    at = image.index(b"\xff\xc0") + 5
+    huge = image[:at] + b"\xff\xdc\xff\xdc" + image[at + 4 :]
+    decode = cv2.imdecode
+
+    def decode_depth_only(data, flags):
+        assert data[:2].tobytes() != image[:2], "the colour image was unpacked"
+        return decode(data, flags)
+
+    monkeypatch.setattr(point_frames.cv2, "imdecode", decode_depth_only)
+    for data in (huge, b"no image"):
+        (folder / "colour.jpg").write_bytes(data)
+        with pytest.raises(InputError, match="is no colour image of"):
+            read_point_frames(tmp_path)
 
 
 def write_colour(folder, frame):

@@ -1,0 +1,88 @@
+"""Tables of results, written from the JSON that the measuring commands print.
+
+Store a measurement, then rewrite the tables of all pages:
+
+    eyehand evaluate grasp --scenes 40 --json > report.json
+    python docs/results_tables.py store NAME "eyehand evaluate grasp --scenes 40" report.json
+    python docs/results_tables.py
+
+A page names the columns of a table before it. Each is a heading and a format of the row's fields:
+
+    <!-- results NAME: scenes={name} | successful picks={success_pct:.1f} % -->
+    <!-- end of results -->
+"""
+
+from __future__ import annotations
+
+import datetime
+import json
+import re
+import sys
+from pathlib import Path
+from typing import Any
+
+DOCS = Path(__file__).resolve().parent
+BLOCK = re.compile(r"(<!-- results (\w+): (.*?) -->\n).*?(<!-- end of results -->)", re.DOTALL)
+PRIVATE = ("out",)
+"""Fields of a report that hold paths of the machine."""
+
+
+def main(arguments: list[str]) -> int:
+    """Store a report, or rewrite all tables; return the exit code."""
+    if arguments[:1] == ["store"] and len(arguments) == 4:
+        name, command, file = arguments[1:]
+        store(name, command, json.loads(Path(file).read_text(encoding="utf-8")))
+    elif arguments:
+        sys.stderr.write(f"usage: {__doc__}")
+        return 2
+    for page in sorted(DOCS.rglob("*.md")):
+        text = page.read_text(encoding="utf-8")
+        if text != (new := with_tables(text)):
+            page.write_text(new, encoding="utf-8")
+    return 0
+
+
+def store(name: str, command: str, report: dict[str, Any], folder: Path = DOCS / "results") -> Path:
+    """Write a report with its command and today's date to a folder of results."""
+    kept = {key: value for key, value in report.items() if key not in PRIVATE}
+    today = datetime.datetime.now(datetime.UTC).date().isoformat()
+    folder.mkdir(exist_ok=True)
+    file = folder / f"{name}.json"
+    content = {"command": command, "date": today, "report": kept}
+    file.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+    return file
+
+
+def with_tables(text: str, folder: Path = DOCS / "results") -> str:
+    """Return a page with its tables written anew."""
+
+    def block(match: re.Match[str]) -> str:
+        content = json.loads((folder / f"{match[2]}.json").read_text(encoding="utf-8"))
+        return f"{match[1]}\n{table(content, match[3])}\n\n{match[4]}"
+
+    return BLOCK.sub(block, text)
+
+
+def table(content: dict[str, Any], columns: str) -> str:
+    """Return a table and the line that says how it was measured.
+
+    Parameters
+    ----------
+    content
+        A file of `store`.
+    columns
+        ``heading={field:format} | …``; the fields are those of the report's rows.
+    """
+    pairs = [column.strip().split("=", 1) for column in columns.split("|")]
+    report = content["report"]
+    lines = [[heading for heading, _ in pairs], ["---"] * len(pairs)]
+    lines += [[form.format(**row) for _, form in pairs] for row in report["rows"]]
+    rows = "\n".join(f"| {' | '.join(line)} |" for line in lines)
+    hidden = report.get("seed") is None or "--seed" in content["command"]
+    seed = "" if hidden else f", seed {report['seed']}"
+    machine = report.get("machine", "machine not recorded")
+    return f"{rows}\n\n`{content['command']}`{seed}, {content['date']}, {machine}."
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,48 @@
+"""Tables of results come from stored reports, and the pages are up to date."""
+
+import json
+import runpy
+from pathlib import Path
+
+import pytest
+
+DOCS = Path(__file__).resolve().parents[1] / "docs"
+TABLES = runpy.run_path(str(DOCS / "results_tables.py"))
+PAGE = (
+    "# A\n<!-- results one: name={name} | rate={rate:.1f} % -->\nold\n<!-- end of results -->\nB\n"
+)
+
+
+def test_pages_hold_the_tables_of_the_stored_reports():
+    named = []
+    for page in DOCS.rglob("*.md"):
+        text = page.read_text()
+        assert TABLES["with_tables"](text) == text, f"run python docs/results_tables.py: {page}"
+        named += [match[2] for match in TABLES["BLOCK"].finditer(text)]
+    assert sorted(set(named)) == sorted(file.stem for file in (DOCS / "results").glob("*.json"))
+
+
+def test_stored_reports_hold_no_paths_of_the_machine():
+    for file in (DOCS / "results").glob("*.json"):
+        content = json.loads(file.read_text())
+        assert {"command", "date", "report"} == set(content)
+        assert content["report"]["machine"]
+        assert not [word for word in ("/tmp", "/home", "/work") if word in file.read_text()]
+
+
+def test_table_is_written_from_the_report(tmp_path):
+    rows = [{"name": "a", "rate": 12.34}, {"name": "b", "rate": 100.0}]
+    report = {"seed": 7, "machine": "a machine", "out": "/tmp/x", "rows": rows}
+    file = TABLES["store"]("one", "eyehand evaluate", report, tmp_path)
+    date = json.loads(file.read_text())["date"]
+    text = TABLES["with_tables"](PAGE, tmp_path)
+    assert "| name | rate |\n| --- | --- |\n| a | 12.3 % |\n| b | 100.0 % |\n" in text
+    assert f"`eyehand evaluate`, seed 7, {date}, a machine." in text
+    assert "old" not in text
+    assert TABLES["with_tables"](text, tmp_path) == text
+
+
+def test_column_without_a_field_is_an_error(tmp_path):
+    TABLES["store"]("one", "eyehand", {"rows": [{"name": "a"}]}, tmp_path)
+    with pytest.raises(KeyError, match="rate"):
+        TABLES["with_tables"](PAGE, tmp_path)
