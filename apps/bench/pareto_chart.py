@@ -92,7 +92,7 @@ class ParetoChart:
             named = [point for index, point in enumerate(own) if index != self.default]
         else:
             named = select_named(own, self.front, star, view)
-        below = KEY_LINE * key_lines(len(named)) + KEY_GAP
+        below = KEY_LINE * key_lines(named) + KEY_GAP
         figure, (axes,) = new_chart(self.title, self.subtitle, height=HEIGHT + below, below=below)
         set_time_axis(axes, *view.times_ms)
         capped = _capped(every, self.max_shown_pct)

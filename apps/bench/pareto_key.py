@@ -29,6 +29,8 @@ BESIDE_PT = (11.0, -10.0)
 (negative is down), in 1/72 inch."""
 KEY_LINE, KEY_INDENT = 0.21, 0.2
 """Height of a line of the key and width of its number, inches."""
+MAX_SHORT = 56
+"""Maximum length of a text of the key that fits into half the width."""
 KEY_FOOT, KEY_GAP = 0.52, 0.12
 """Height of the footer under the key, and free space above the key, inches."""
 
@@ -160,25 +162,29 @@ def draw_numbers(
 def write_key(figure: Figure, named: Sequence[ChartPoint]) -> None:
     """Write the number, name, accuracy and time of each numbered point above the footer.
 
-    The key has two columns.
+    The key has two columns, or one if a text is too long for half the width.
     """
     height = figure.get_size_inches()[1]
-    lines = key_lines(len(named))
+    lines = key_lines(named)
     for index, point in enumerate(named):
         column, line = divmod(index, lines)
         left = MARGIN + column * (WIDTH - 2 * MARGIN) / 2
-        text = f"{point.name}: {point.written_pct:.1f} %, {short_time(point)}"
         up = (KEY_FOOT + (lines - line) * KEY_LINE) / height
         style: dict[str, Any] = {"size": TEXT - 0.5, "va": "top", "ha": "left"}
         figure.text(left / WIDTH, up, str(index + 1), color=BLUE, weight="bold", **style)
-        figure.text((left + KEY_INDENT) / WIDTH, up, text, color=INK, **style)
+        figure.text((left + KEY_INDENT) / WIDTH, up, _key_text(point), color=INK, **style)
+
+
+def key_lines(named: Sequence[ChartPoint]) -> int:
+    """Return the number of lines of the key."""
+    long = any(len(_key_text(point)) > MAX_SHORT for point in named)
+    return len(named) if long else -(-len(named) // 2)
+
+
+def _key_text(point: ChartPoint) -> str:
+    return f"{point.name}: {point.written_pct:.1f} %, {short_time(point)}"
 
 
 def short_time(point: ChartPoint) -> str:
     """Format the time of a point with two significant digits."""
     return format_time(float(f"{point.time_ms:.2g}"))
-
-
-def key_lines(count: int) -> int:
-    """Return the number of lines of a key with `count` points in two columns."""
-    return -(-count // 2)
