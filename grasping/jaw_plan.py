@@ -66,6 +66,7 @@ def _plan(grasp: Grasp, item: SceneObject, up: NDArray[np.float64], turn: float)
         reason=grasp.reason,
         palm_gap=-max(depth, 0.0),
         lever=_lever(tip, closing, up, solids, volumes),
+        gripped_width=grasp.object_width,
     )
 
 

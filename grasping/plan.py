@@ -98,6 +98,8 @@ class GraspPlan:
     """Distance of the palm from the object's near face at the grasp, m."""
     lever: float = 0.0
     """Horizontal distance of the centre of mass from the closing axis of jaws, m."""
+    gripped_width: float | None = None
+    """Expected distance of jaws in the grip, m; at a rim that of the wall. None for fingers."""
     tip_depth: TipDepth | None = None
     """Wanted depth of the fingertips; None for the default."""
     pushed_label: int = 0

@@ -9,10 +9,12 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
 from eyehand.control.tasks import AxisAlignment, Orientation, Position
+from eyehand.perception import SuperquadricFit
 
 from .cell import Cell
 from .motion import Controller, MotionResult, execute
 from .pick_state import LIFT_SECONDS, LIFT_SPEED, PhaseFailure, PickState
+from .plan import GraspPlan
 from .robot import RobotReading
 from .shaking import shake, shake_off
 from .tray_plan import (
@@ -63,7 +65,10 @@ def check(cell: Cell, state: PickState) -> PhaseFailure | None:
     cell.wait(cell.options.check_seconds, lambda reading: state.grip_command(cell, reading))
     if cell.options.shake_seconds > 0.0:
         shake(cell, state, cell.options.shake_seconds)
-    reason = _lost(cell, cell.reading) or _tips_touch(cell, state)
+    width = cell.hand.width(cell.reading.hand)
+    reason = _lost(cell, cell.reading) or gripped_too_thin(
+        width, state.plan, state.grasp.target.fit
+    )
     return PhaseFailure("slipped", f"{reason} after the lift") if reason else None
 
 
@@ -202,19 +207,20 @@ def _put_back(
     _carry(cell, state, state.lower(cell, tasks), LIFT_SECONDS)
 
 
-def _tips_touch(cell: Cell, state: PickState) -> str:
-    """Return the reason why the fingertips press on each other; empty if they hold the object.
+def gripped_too_thin(width: float, plan: GraspPlan, fit: SuperquadricFit) -> str:
+    """Return the reason why fingertips at a distance in m hold no object; empty if they do.
 
-    A power grasp encloses the object. The distance of its fingertips is then no criterion.
+    A power grasp encloses the object. The distance of its fingertips is then no criterion. Jaws at
+    a rim hold a wall, which is thinner than the solid.
     """
-    solid = state.grasp.target.fit.superquadric
-    if solid is None or state.prototype == "power":
+    solid, expected = fit.superquadric, plan.gripped_width
+    if solid is None or plan.prototype == "power":
         return ""
-    width = cell.hand.width(cell.reading.hand)
-    thinnest = 2.0 * float(solid.semi_axes.min())
-    if width >= MIN_WIDTH_SHARE * thinnest:
+    if expected is None:
+        expected = 2.0 * float(solid.semi_axes.min())
+    if width >= MIN_WIDTH_SHARE * expected:
         return ""
-    return f"the fingertips are {1e3 * width:.0f} mm apart on an object of {1e3 * thinnest:.0f} mm"
+    return f"the fingertips are {1e3 * width:.0f} mm apart on an object of {1e3 * expected:.0f} mm"
 
 
 def _lost(cell: Cell, reading: RobotReading) -> str:

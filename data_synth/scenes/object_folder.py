@@ -102,6 +102,10 @@ def _checked(
     name: str, file: Path, surface: Any, mass: float | None, density: float | None
 ) -> FolderObject:
     """Check a trimesh surface and move its origin to the hull's centre of mass."""
+    # Pieces that touch have equal corners. Merging these would join them.
+    pieces = convex_pieces(np.asarray(surface.vertices), np.asarray(surface.faces))
+    # It closes the surface of a file that repeats the corners of each triangle.
+    surface.merge_vertices()
     vertices = np.asarray(surface.vertices, dtype=np.float64)
     faces = np.asarray(surface.faces, dtype=np.int64)
     if len(faces) == 0:
@@ -124,7 +128,7 @@ def _checked(
         hull = surface.convex_hull
     except Exception as error:  # Qhull raises its own errors for flat, tilted meshes.
         raise InputError(f"{file} has no volume, expected a solid") from error
-    pieces = convex_pieces(vertices, faces)
+    pieces = pieces or convex_pieces(vertices, faces)
     volume = float(surface.volume) if surface.is_volume else float(hull.volume)
     if len(pieces) > 1:
         volume = sum(map(hull_volume, pieces))
@@ -143,8 +147,7 @@ def _read_mesh(path: Path) -> Any:
     """Read a file as one trimesh surface."""
     import trimesh
 
-    # trimesh merges equal corners of neighbouring triangles, which closes the surface.
-    return trimesh.Trimesh(*read_mesh(path))
+    return trimesh.Trimesh(*read_mesh(path), process=False)
 
 
 def _read_urdf(path: Path) -> tuple[Any, float | None]:

@@ -173,6 +173,23 @@ def test_convex_parts_are_kept_as_pieces(tmp_path):
     assert tongs.mass == pytest.approx(500.0 * 2 * 0.02 * 0.1 * 0.02)
 
 
+def test_pieces_with_equal_corners_stay_apart(tmp_path):
+    """The foot and the upright plate of an angle share four corners; their union is not convex."""
+    foot, plate = CORNERS * (0.1, 0.05, 0.02), CORNERS * (0.02, 0.05, 0.1)
+    plate[:, 0] *= -1.0
+    mirrored = [(a, c, b) for a, b, c in TRIANGLES]
+    plate[CORNERS[:, 2] == 0.0, 2] = 0.02
+    foot[CORNERS[:, 0] == 0.0, 0] = -0.02
+    lines = [f"v {x} {y} {z}" for x, y, z in [*foot, *plate]]
+    lines += [f"f {a + 1} {b + 1} {c + 1}" for a, b, c in TRIANGLES]
+    lines += [f"f {a + 9} {b + 9} {c + 9}" for a, b, c in mirrored]
+    (tmp_path / "angle.obj").write_text("\n".join(lines) + "\n")
+    (angle,) = read_objects(tmp_path)
+    assert [len(piece) for piece in angle.pieces] == [8, 8]
+    merged = {tuple(corner) for piece in angle.pieces for corner in np.round(piece, 6)}
+    assert len(merged) == 14
+
+
 def test_open_surface_has_no_pieces(tmp_path):
     write_box(tmp_path / "open.obj", (0.05, 0.05, 0.05), TRIANGLES[2:])
     assert read_objects(tmp_path)[0].pieces == ()

@@ -11,8 +11,10 @@ from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.errors import InputError
 from eyehand.grasping import JawOptions, ParallelHand, generic_jaw, load_hand, plan_grasps
+from eyehand.grasping.jaw_plan import jaw_plans
 from eyehand.grasping.jaws import Grasp
 from eyehand.grasping.jaws.scoring import SUCCESS_ODDS
+from eyehand.grasping.transport_phases import gripped_too_thin
 
 PANDA = load_hand("panda")
 
@@ -70,6 +72,16 @@ def test_wide_vessel_is_gripped_at_its_rim():
     radial = grasp.position[:2] / np.linalg.norm(grasp.position[:2])
     assert abs(grasp.closing[:2] @ radial) > 0.99
     assert grasp.approach[2] < -0.99
+
+
+def test_jaws_at_a_rim_are_compared_with_the_wall_they_grip():
+    scene = scene_of(bowl(0.07, 0.09, 0.005))
+    item = scene.objects[0]
+    for plan in jaw_plans(plan_grasps(scene, PANDA)[0], item, np.array([0.0, 0.0, 1.0])):
+        assert plan.gripped_width == pytest.approx(0.005, abs=0.003)
+        assert gripped_too_thin(0.006, plan, item.fit) == ""
+        fingers = replace(plan, gripped_width=None)
+        assert "6 mm apart on an object of 90 mm" in gripped_too_thin(0.006, fingers, item.fit)
 
 
 def test_closed_solid_of_that_width_is_refused():
