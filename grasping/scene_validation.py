@@ -32,8 +32,9 @@ object."""
 MIN_UNEXPLAINED_AREA = 1e-4
 """Unexplained area in one cell that indicates an object, m². Flying pixels over an empty table sum
 up to 0.2 cm²; a sphere of 15 mm covers 1.8 cm²."""
-REFUSED_WARNINGS = ("support_doubtful", "camera", "noise", "constant")
-"""Warnings about a scene with which the robot must not move, because all positions may be wrong."""
+REFUSED_WARNINGS = ("support_doubtful", "support_unseen", "camera", "noise", "constant")
+"""Warnings about a scene with which the robot must not move: all positions may be wrong, or a large
+surface in front of the support is neither an object nor an obstacle."""
 WALL_MARGIN = 0.015
 """Distance from a wall of a container within which readings belong to it, m."""
 UP = np.array([0.0, 0.0, 1.0])

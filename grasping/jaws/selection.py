@@ -98,8 +98,11 @@ def _forbidden(
         found.append("the border of the image cuts the object off")
     if scene.support is None:
         found.append("no support was found")
-    elif any(warning.kind == "support_doubtful" for warning in scene.warnings):
+    kinds = {warning.kind for warning in scene.warnings}
+    if scene.support is not None and "support_doubtful" in kinds:
         found.append("the support is doubtful")
+    if "support_unseen" in kinds:
+        found.append("something in front of the support stands on a surface that was not found")
     return tuple(found)
 
 

@@ -148,9 +148,15 @@ def test_invalid_scene_is_captured_again_with_more_frames(monkeypatch):
 
 @pytest.mark.parametrize(
     ("kind", "stops"),
-    [("support_doubtful", True), ("camera", True), ("cut_by_image", False), ("container", False)],
+    [
+        ("support_doubtful", True),
+        ("support_unseen", True),
+        ("camera", True),
+        ("cut_by_image", False),
+        ("container", False),
+    ],
 )
-def test_scene_with_a_doubtful_support_stops_clearing(kind, stops):
+def test_scene_with_a_doubtful_or_unseen_support_stops_clearing(kind, stops):
     def perceive(_frame):
         scene = ground_truth_scene([], VIEW)
         warning = SceneWarning(kind, "a reason")
