@@ -48,6 +48,12 @@ SLIVER_AREA = 1200
 """Maximum size of a sliver, px at the reference width."""
 SPECK_AREA = 120
 """Patches below this size are slivers of any width, px at the reference width."""
+MIN_TOUCHING, MIN_CONTACT = 0.5, 0.3
+"""Minimum evidence of a border between joined regions for them to be joined in the second round:
+share without a depth step, and contact. Regions that meet at a corner are often neighbours."""
+REGION_PRIOR = 0.3
+"""Log-odds added in the second round: lines between large regions of one object cross free space
+more often. With 0 some bowls stay in halves, with 0.6 solids in a heap are joined."""
 BRIDGE = 5
 """Distance over which patches replace the slivers between them, px at the reference width."""
 FLAT_ANGLE = 0.06
@@ -72,7 +78,9 @@ def join_patches(
     Every pair of patches with a common border, or with surfaces that continue each other behind an
     occluder, is an edge of a graph. Its weight is the log-odds that both are one object. The edge
     with the largest weight is contracted, weights of parallel edges are added up, and this goes on
-    until no weight is positive (greedy additive edge contraction, Keuper et al. 2015).
+    until no weight is positive (greedy additive edge contraction, Keuper et al. 2015). Then the
+    evidence between the joined regions is measured anew, and they are joined in the same way once
+    more: a small patch shows little of the surface that it belongs to.
 
     Slivers, which noise leaves between two objects, must not join these. They are left out at
     first, and their neighbours meet across them. At the end each sliver joins the object to which
@@ -91,6 +99,8 @@ def join_patches(
     edges = patch_edges(broad, image, planes, window, hidden=hidden)
     weights = edge_weights(edges)
     parent = contract_edges(edges.pairs, weights, count)
+    if have_contact(edges, parent):
+        parent = _join_regions(renumber_labels(broad, parent), image, planes, window, count)[parent]
     if slivers.any():
         # Few pixels have no reliable colour: it changed the score of no annotated frame.
         plain = image._replace(colour=None)
@@ -155,6 +165,29 @@ def contract_edges(
                 heapq.heappush(heap, (-total, min(a, c), max(a, c)))
         neighbours[b] = {}
     return parent
+
+
+def have_contact(edges: PatchEdges, parent: NDArray[np.int32]) -> bool:
+    """Return whether two different objects have contact over at least ``MIN_CONTACT``."""
+    first, second = np.sort(parent[edges.pairs], axis=1).T
+    apart = first != second
+    border = first[apart] * np.int64(len(parent)) + second[apart]
+    _, index = np.unique(border, return_inverse=True)
+    return bool(np.bincount(index, edges.contact[apart] ** 2).max(initial=0.0) >= MIN_CONTACT**2)
+
+
+def _join_regions(
+    regions: NDArray[np.int32],
+    image: WorkingImage,
+    planes: LocalPlanes,
+    window: int,
+    count: int,
+) -> NDArray[np.int32]:
+    """Join regions (H, W) that touch, by evidence between them; return (count + 1,) new labels."""
+    edges = patch_edges(regions, image, planes, window, hidden=False)
+    weights = edge_weights(edges) + REGION_PRIOR
+    loose = (edges.touching < MIN_TOUCHING) | (edges.contact < MIN_CONTACT)
+    return contract_edges(edges.pairs, np.where(loose, np.minimum(weights, 0.0), weights), count)
 
 
 def find_slivers(patches: NDArray[np.int32], image: WorkingImage) -> NDArray[np.bool_]:

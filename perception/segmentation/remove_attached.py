@@ -7,7 +7,9 @@ from numpy.typing import NDArray
 
 from .label_pixels import count_labels, renumber_labels
 from .local_planes import LocalPlanes
+from .median import median
 from .regions import count_border_pairs
+from .walls import MAD_TO_SIGMA, MAX_RESIDUAL
 from .working_image import WorkingImage
 
 MIN_CONTACT = 0.02
@@ -20,7 +22,11 @@ MAX_OBJECT_CONTACT = 0.05
 other."""
 MAX_SIZE = 2000
 """Maximum size of a part, px at the reference width. A larger region may be an object that leans on
-a wall."""
+a wall, unless it is a piece of a wall."""
+MIN_EXTENT = 0.4
+"""Minimum diagonal of the bounding box of a piece of a wall, m. It is also flat."""
+SAMPLES = 400
+"""Readings of a region whose flatness is measured."""
 BORDER = 2
 """Distance from the border of the image at which it cuts a region off, px."""
 
@@ -34,7 +40,8 @@ def remove_attached(
     """Remove the regions that belong to the surroundings, and number the others in their order.
 
     The surroundings are the regions at the border of the image that are no objects: a robot, a
-    person, a wall. Their parts stand apart from them in the graph of patches, but touch them.
+    person, a wall. Their parts stand apart from them in the graph of patches, but touch them. Small
+    parts are removed, and those of any size that are a large flat face.
 
     Parameters
     ----------
@@ -61,7 +68,7 @@ def remove_attached(
     sizes, max_size = count_labels(kept, count), image.area(MAX_SIZE)
     stays = np.ones(count + 1, np.bool_)
     stays[0] = False
-    for label in (np.flatnonzero(sizes[1:] <= max_size) + 1).tolist():
+    for label in range(1, count + 1):
         contact = borders.contact[label].sum(axis=1)
         steps = (
             borders.occluding[label, count + 1].sum() + borders.occluding[count + 1, label].sum()
@@ -69,8 +76,21 @@ def remove_attached(
         length = max(borders.perimeter(label), 1)
         touching = contact[count + 1] / length
         attached = touching >= MIN_CONTACT and touching + steps / length >= MIN_BESIDE
-        if attached and contact[1 : count + 1].sum() <= MAX_OBJECT_CONTACT * length:
-            stays[label] = False
+        if not attached or contact[1 : count + 1].sum() > MAX_OBJECT_CONTACT * length:
+            continue
+        stays[label] = sizes[label] > max_size and not _is_flat_and_large(kept == label, image)
     if stays[1:].all():
         return kept
     return renumber_labels(kept, np.where(stays, np.cumsum(stays), 0).astype(np.int32))
+
+
+def _is_flat_and_large(mask: NDArray[np.bool_], image: WorkingImage) -> bool:
+    """Return whether a region (H, W) is a flat face that is larger than an object."""
+    rows, columns = np.nonzero(mask & (image.disparity > 0))
+    step = max(len(rows) // SAMPLES, 1)
+    points = image.points(rows[::step], columns[::step])
+    if np.linalg.norm(np.ptp(points, axis=0)) < MIN_EXTENT:
+        return False
+    centred = points - points.mean(axis=0)
+    normal = np.linalg.eigh(centred.T @ centred)[1][:, 0]
+    return MAD_TO_SIGMA * median(np.abs(centred @ normal)) <= MAX_RESIDUAL

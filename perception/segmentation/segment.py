@@ -11,6 +11,7 @@ from ..frame import DepthFrame
 from .above_support import above_support, candidate_window
 from .ambiguity import resolve_ambiguity
 from .block_heights import block_heights
+from .cut_necks import cut_necks
 from .find_containers import find_containers, include_floors
 from .frame_checks import check_frame
 from .frame_noise import noise_profile
@@ -132,7 +133,7 @@ def _segment_candidates(
     clock.finish("local_planes")
     linked = linked_pixels(image, planes)
     clock.finish("links")
-    patches = label_patches(linked * candidates, min_patch)
+    patches = cut_necks(label_patches(linked * candidates, min_patch), image)
     clock.finish("patches")
     patches, planes = grow_patches(image, planes, patches, candidates, options.window)
     clock.finish("grow")

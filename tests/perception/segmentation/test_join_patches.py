@@ -9,9 +9,11 @@ from synthetic_solids import Ball, Box, exact_image, heights, solid_frame
 from eyehand.perception import SegmentationOptions
 from eyehand.perception.segmentation.join_patches import (
     COLOUR_GAIN,
+    MIN_CONTACT,
     contract_edges,
     edge_weights,
     find_slivers,
+    have_contact,
     join_patches,
 )
 from eyehand.perception.segmentation.local_planes import fit_local_planes
@@ -43,6 +45,17 @@ def test_contraction_equals_reference(seed, count):
     pairs = pairs[rng.random(len(pairs)) < 0.6].reshape(-1, 2)
     weights = rng.normal(size=len(pairs))
     assert np.array_equal(contract_edges(pairs, weights, count), reference(pairs, weights, count))
+
+
+@pytest.mark.parametrize(
+    ("joined", "factor", "expected"), [(3, 0.8, True), (3, 0.6, False), (1, 0.8, False)]
+)
+def test_contact_between_objects_is_summed_over_their_patches(joined, factor, expected):
+    edges = PatchEdges(np.array([[1, 2], [1, 3]]), *np.zeros((7, 2)))
+    edges = edges._replace(contact=np.full(2, factor * MIN_CONTACT))
+    # Patches 2 and 3 are one object, or all three are.
+    parent = np.array([0, 1, 1 if joined == 1 else 2, 1 if joined == 1 else 2])
+    assert have_contact(edges, parent) == expected
 
 
 def test_sliver_is_narrow_or_tiny():

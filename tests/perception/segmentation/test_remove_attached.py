@@ -24,11 +24,16 @@ def scene():
     return regions
 
 
-def remaining(regions, kept, depths=(3.0, 1.0, 1.0, 1.0, 1.0)):
-    """Return the numbers of the regions that stay, of those in `kept`."""
+def remaining(regions, kept, depths=(3.0, 1.0, 1.0, 1.0, 1.0), bulge=0.0):
+    """Return the numbers of the regions that stay, of those in `kept`.
+
+    The sides of region 2 are farther than its middle by `bulge`, m.
+    """
     numbers = np.zeros(6, np.int32)
     numbers[kept] = np.arange(1, len(kept) + 1)
-    q = (1.0 / np.array(depths)[regions]).astype(np.float32)
+    depth = np.array(depths)[regions]
+    depth += np.where(regions == 2, bulge * ((np.arange(80) - 29.5) / 10) ** 2, 0.0)
+    q = (1.0 / depth).astype(np.float32)
     flat = np.zeros_like(q)
     labels = remove_attached(
         numbers[regions], regions, image_of(q), LocalPlanes(q, flat, flat, flat)
@@ -46,9 +51,13 @@ def test_part_with_a_depth_step_all_along_stays():
     assert remaining(scene(), [2, 3], (3.0, 1.0, 0.8, 1.0)) == {2, 3}
 
 
-def test_large_region_stays_as_it_may_lean_on_a_wall(monkeypatch):
+@pytest.mark.parametrize(
+    ("extent", "bulge", "left"), [(0.05, 0.0, {3}), (5.0, 0.0, {2, 3}), (0.05, 0.05, {2, 3})]
+)
+def test_large_region_is_removed_if_it_is_a_large_flat_face(monkeypatch, extent, bulge, left):
     monkeypatch.setattr(module, "MAX_SIZE", 100)
-    assert remaining(scene(), [2, 3]) == {2, 3}
+    monkeypatch.setattr(module, "MIN_EXTENT", extent)
+    assert remaining(scene(), [2, 3], bulge=bulge) == left
 
 
 def test_part_of_a_region_inside_the_image_stays():
