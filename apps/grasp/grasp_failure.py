@@ -27,20 +27,6 @@ SURFACE_POINTS = 4000
 """Number of points on the true surface."""
 GRAVITY = 9.81
 
-CAUSES = (
-    "false object",
-    "merged segment",
-    "too heavy",
-    "collision at the start",
-    "wrong solid",
-    "stopped by the table",
-    "stopped by another object",
-    "stopped by the object",
-    "missed",
-    "slipped",
-)
-"""Causes, the one that explains the most first."""
-
 
 @dataclass(frozen=True)
 class SegmentTruth:

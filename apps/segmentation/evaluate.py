@@ -155,7 +155,7 @@ def evaluate_segmentation(
     if synthetic:
         sources = _synthetic(groups, noise, frames, seed, contents)
     else:
-        reading = DatasetOptions(camera, depth_scale_mm, labels)
+        reading = DatasetOptions(camera=camera, depth_scale_mm=depth_scale_mm, labels=labels)
         sources = _spread(_select_groups(open_dataset(Path(dataset), reading), groups), frames)
     claim_folder(out)
     load_kernels()

@@ -154,10 +154,6 @@ class GraspRobot:
         """Prefix of the hand's names in :meth:`spec`; empty if the robot is one file."""
         return "" if self.hand is None else HAND_PREFIX
 
-    def hand_spec(self) -> Any:
-        """Describe the hand alone (`MjSpec`); the whole robot if it is one file."""
-        return read_robot(self.hand or self.arm)
-
     def spec(self, friction: float | None = None) -> Any:
         """Describe arm and hand as an `MjSpec`, base at the world's origin, without keyframes.
 

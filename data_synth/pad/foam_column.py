@@ -9,8 +9,6 @@ from numba import njit
 HALF_X, HALF_Y, THICKNESS, LOSS_TIME, FRICTION, SLIP_SPEED, SHEAR_STIFFNESS = range(7)
 """Fields of the bed: half its extents and its height, m; the loss time, s; the coefficient of
 friction; the slip speed, m/s; the shear stiffness per area, Pa/m, 0 for viscous friction."""
-BED_FIELDS = 7
-"""Number of fields of the bed."""
 CELLS_PER_TACTEL = 2
 """Cells of the force grid per tactel, along x and along y."""
 

@@ -13,7 +13,6 @@ from .calibration_board import (
 from .depthai_import import load_depthai
 from .hand_eye import CameraMount, HandEye, HandEyeOptions, calibrate_hand_eye
 from .oak import OakCamera, OakOptions
-from .oak_recorder import record_frames
 from .oak_recording import OakRecording
 from .protocol import Camera
 from .ros_recording import RosRecording, is_ros_recording, write_ros_frames
@@ -35,6 +34,5 @@ __all__ = [
     "detect_board",
     "is_ros_recording",
     "load_depthai",
-    "record_frames",
     "write_ros_frames",
 ]

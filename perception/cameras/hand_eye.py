@@ -33,8 +33,6 @@ class HandEyeOptions:
 
     camera_on: CameraMount = "world"
     """What the camera is fixed to. With ``world`` the wrist carries the board."""
-    leave_out: bool = True
-    """Whether images that contradict the others are left out, at most a quarter of them."""
 
 
 # Arrays have no truth value: equality is identity.
@@ -124,7 +122,7 @@ def calibrate_hand_eye(
     )
     solved = bundle.solve(used, start, board)
     left_out: list[int] = []
-    while options.leave_out and len(used) > max(MIN_IMAGES, 3 * len(seen) // 4):
+    while len(used) > max(MIN_IMAGES, 3 * len(seen) // 4):
         size = solved.corrections / np.maximum(
             np.median(solved.corrections, axis=0), MIN_SIGMAS[1:]
         )

@@ -1,8 +1,7 @@
-"""Conversion between depthai image messages and depth frames."""
+"""Conversion of depthai image messages to depth frames."""
 
 from __future__ import annotations
 
-from datetime import timedelta
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,9 +18,6 @@ if TYPE_CHECKING:
 
 UNITS_PER_METRE = 1000.0
 """A RAW16 depth pixel counts millimetres."""
-
-MAX_DEPTH_M = 65.535
-"""Maximum depth in 16-bit millimetres, m."""
 
 WORLD = "world"
 """Marker of a world pose in the extrinsics of a message. depthai writes device ids there."""
@@ -76,36 +72,17 @@ def depth_frame(depth: dai.ImgFrame, colour: dai.ImgFrame | None = None) -> Dept
     )
 
 
-def image_messages(frame: DepthFrame, time_s: float) -> tuple[dai.ImgFrame, dai.ImgFrame | None]:
-    """Convert a frame to the messages of an OAK camera: RAW16 depth and, if present, colour.
-
-    Parameters
-    ----------
-    frame : DepthFrame
-        Depth is rounded to whole mm; the camera's numbers and pose are rounded to float32.
-    time_s : float
-        Time stamp, s from the start of the recording.
-
-    Raises
-    ------
-    InputError
-        If a depth lies beyond 65.535 m, or a reading is under half a millimetre.
-    """
-    load_depthai()
-    import depthai as dai
-
-    transformation = _transformation(frame)
-    raw = raw16_from_metres(frame.depth)
-    depth = _message(dai.ImgFrame.Type.RAW16, raw, transformation, time_s)
-    if frame.colour is None:
-        return depth, None
-    return depth, _message(dai.ImgFrame.Type.RGB888i, frame.colour, transformation, time_s)
-
-
 def stamp_pose(message: dai.ImgFrame, T_world_camera: RigidTransform) -> None:
     """Write the camera's pose into a message, as float32. The message is changed in place."""
+    import depthai as dai
+
+    extrinsics = dai.Extrinsics()
+    extrinsics.toDeviceId = WORLD
+    extrinsics.lengthUnit = dai.LengthUnit.METER
+    extrinsics.rotationMatrix = T_world_camera.rotation.as_matrix().tolist()
+    extrinsics.translation = dai.Point3f(*T_world_camera.translation.tolist())
     transformation = message.transformation
-    _set_pose(transformation, T_world_camera)
+    transformation.setExtrinsics(extrinsics)
     message.setTransformation(transformation)
 
 
@@ -113,29 +90,6 @@ def metres_from_raw16(raw: NDArray[np.uint16]) -> NDArray[np.float32]:
     """Convert whole mm to m. Each result is the float32 nearest to the exact value."""
     # Divide, because a product with 0.001 is not always the float32 nearest to the true value.
     return raw.astype(np.float32) / np.float32(UNITS_PER_METRE)
-
-
-def raw16_from_metres(depth: NDArray[np.floating]) -> NDArray[np.uint16]:
-    """Convert depth in m to whole mm, uint16, rounded to the nearest. 0 stays 0.
-
-    Raises
-    ------
-    InputError
-        If a depth lies beyond 65.535 m, or is so small that it would become 0, no reading.
-    """
-    millimetres = np.rint(np.asarray(depth, dtype=np.float64) * UNITS_PER_METRE)
-    if millimetres.max() > np.iinfo(np.uint16).max:
-        raise InputError(
-            f"depth reaches {float(np.max(depth)):.3f} m, but 16-bit millimetres end at "
-            f"{MAX_DEPTH_M} m: set farther pixels to 0 (no reading)"
-        )
-    lost = int(np.count_nonzero((millimetres == 0) & (depth > 0)))
-    if lost:
-        raise InputError(
-            f"{lost} readings are under 0.5 mm and would become 'no reading' in whole millimetres: "
-            "set them to 0"
-        )
-    return millimetres.astype(np.uint16)
 
 
 def intrinsics_from_transformation(transformation: dai.ImgTransformation) -> CameraIntrinsics:
@@ -170,46 +124,3 @@ def _pose(transformation: dai.ImgTransformation) -> RigidTransform | None:
     rotation = np.asarray(extrinsics.rotationMatrix, dtype=np.float64)
     t = extrinsics.translation
     return RigidTransform.from_components([t.x, t.y, t.z], Rotation.from_matrix(rotation))
-
-
-def _set_pose(transformation: dai.ImgTransformation, T_world_camera: RigidTransform) -> None:
-    import depthai as dai
-
-    extrinsics = dai.Extrinsics()
-    extrinsics.toDeviceId = WORLD
-    extrinsics.lengthUnit = dai.LengthUnit.METER
-    extrinsics.rotationMatrix = T_world_camera.rotation.as_matrix().tolist()
-    extrinsics.translation = dai.Point3f(*T_world_camera.translation.tolist())
-    transformation.setExtrinsics(extrinsics)
-
-
-def _transformation(frame: DepthFrame) -> dai.ImgTransformation:
-    import depthai as dai
-
-    k = frame.intrinsics
-    transformation = dai.ImgTransformation(k.width, k.height, k.matrix.tolist())
-    if frame.T_world_camera is not None:
-        _set_pose(transformation, frame.T_world_camera)
-    return transformation
-
-
-def _message(
-    kind: dai.ImgFrame.Type,
-    pixels: NDArray,
-    transformation: dai.ImgTransformation,
-    time_s: float,
-) -> dai.ImgFrame:
-    import depthai as dai
-
-    height, width = pixels.shape[:2]
-    message = dai.ImgFrame()
-    message.setType(kind)
-    message.setSize(width, height)
-    message.setStride(width * pixels.itemsize * (pixels.shape[2] if pixels.ndim == 3 else 1))
-    # setSourceSize resets the transformation, so it comes first.
-    message.setSourceSize(width, height)
-    message.setTransformation(transformation)
-    message.setData(np.ascontiguousarray(pixels).tobytes())
-    message.setTimestamp(timedelta(seconds=time_s))
-    message.setTimestampDevice(timedelta(seconds=time_s))
-    return message

@@ -1,4 +1,4 @@
-"""Write depth frames as OAK recordings: MCAP files of depthai image messages."""
+"""Write OAK recordings: MCAP files of depthai image messages."""
 
 from __future__ import annotations
 
@@ -13,68 +13,18 @@ from eyehand.errors import DeviceError, InputError
 
 from .depthai_import import load_depthai, queue_closed_error
 from .mcap_file import seal
-from .oak_message import image_messages
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
     import depthai as dai
-
-    from ..frame import DepthFrame
 
 SUFFIX = ".mcap"
 """Suffix of recordings."""
-
-FRAME_PERIOD_S = 1 / 30
-"""Spacing of the time stamps of frames that carry no time of their own, s."""
 
 WRITE_TIMEOUT_S = 5.0
 """Maximum time to write one frame, s."""
 
 POLL_S = 0.002
 """Pause between two checks of the frames that wait to be written, s."""
-
-
-def record_frames(path: Path | str, frames: Iterable[DepthFrame]) -> int:
-    """Write an OAK recording that `OakRecording` plays back, without any device.
-
-    Depth is kept in whole mm, the camera's numbers and pose in float32, colour exactly. depthai
-    records one stream per file: colour goes to `<stem>.colour.mcap` beside the depth.
-
-    Parameters
-    ----------
-    path : Path or str
-        The recording, `*.mcap`; replaced if it exists, once all frames are written.
-    frames : iterable of DepthFrame
-        The frames in order, all with colour or all without.
-
-    Returns
-    -------
-    int
-        Number of frames written.
-
-    Raises
-    ------
-    InputError
-        If there are no frames, a depth does not fit 16-bit millimetres (beyond 65.535 m, under
-        0.5 mm), only some frames have colour, or the file cannot be written there.
-    DeviceError
-        If the disk does not take the data.
-    """
-    recorder = OakRecorder(path)
-    try:
-        for number, frame in enumerate(frames):
-            try:
-                messages = image_messages(frame, number * FRAME_PERIOD_S)
-            except InputError as error:
-                raise InputError(f"cannot record frame {number}: {error}") from error
-            recorder.write(*messages)
-        if recorder.frames == 0:
-            raise InputError(f"cannot record {recorder.path}: there are no frames")
-        recorder.finish()
-    finally:
-        recorder.discard()
-    return recorder.frames
 
 
 def colour_path(path: Path) -> Path:

@@ -34,10 +34,10 @@ ANY_TIME_S = 3600.0
 
 
 class OakRecording:
-    """A recording made by `record_frames`, by `OakCamera`, or by depthai's RecordMessage node.
+    """A recording made by `OakCamera` or by depthai's RecordMessage node.
 
     Frames come as fast as they are read, in the order in which they were taken. Opening a recording
-    checks it for damage. Recordings of `record_frames` and `OakCamera` carry a checksum. Others are
+    checks it for damage. Recordings of `OakCamera` carry a checksum. Others are
     played once, which takes some milliseconds per frame and finds missing images but not changed
     pixels.
 

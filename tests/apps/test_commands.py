@@ -21,7 +21,8 @@ from eyehand.perception import (
     write_cloud,
     write_frame,
 )
-from eyehand.perception.cameras import record_frames
+
+from ..perception.cameras.oak_frames import record_frames
 
 SAMPLE = Path(__file__).resolve().parents[2] / "apps" / "sample" / "depth.png"
 

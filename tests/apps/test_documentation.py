@@ -18,10 +18,12 @@ from eyehand.data_synth import LBR_ARM
 from eyehand.data_synth.cell import GraspRobot
 from eyehand.grasping import HandModel
 from eyehand.perception import DepthFrame, Superquadric, read_frame, write_cloud
-from eyehand.perception.cameras import record_frames, write_ros_frames
+from eyehand.perception.cameras import write_ros_frames
 from eyehand.perception.io import write_png
 from eyehand.perception.superquadric import mesh
 from eyehand.tactile.sensors import record
+
+from ..perception.cameras.oak_frames import record_frames
 
 ROOT = Path(__file__).resolve().parents[2]
 README = (ROOT / "README.md").read_text()

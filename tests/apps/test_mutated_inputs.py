@@ -18,7 +18,8 @@ from eyehand.apps.main import main
 from eyehand.apps.mesh_file import mesh_bytes
 from eyehand.data_synth import LBR_ARM
 from eyehand.perception import CameraIntrinsics, DepthFrame, write_cloud, write_frame
-from eyehand.perception.cameras import record_frames
+
+from ..perception.cameras.oak_frames import record_frames
 
 SAMPLE, ALL = 100, 1100
 """Number of mutations in the fast and in the slow test."""

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING
 import pytest
 
 from eyehand.errors import InputError
-from eyehand.perception.cameras import record_frames
 from eyehand.perception.cameras.mcap_file import MAGIC, McapContents, check_mcap, seal
+
+from .oak_frames import record_frames
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -16,9 +16,10 @@ from eyehand.errors import DeviceError, InputError
 from eyehand.perception.cameras import Camera, OakCamera, OakOptions, OakRecording
 from eyehand.perception.cameras.depthai_import import load_depthai
 from eyehand.perception.cameras.oak import PRESETS, live_frames
-from eyehand.perception.cameras.oak_message import image_messages
 from eyehand.perception.cameras.oak_recorder import OakRecorder
 from eyehand.perception.cameras.oak_stream import COLOUR, DEPTH
+
+from .oak_frames import image_messages
 
 if TYPE_CHECKING:
     from collections.abc import Callable

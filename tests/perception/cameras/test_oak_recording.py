@@ -15,10 +15,12 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from eyehand.errors import InputError
-from eyehand.perception.cameras import Camera, OakRecording, record_frames
+from eyehand.perception.cameras import Camera, OakRecording
 from eyehand.perception.cameras.depthai_import import load_depthai
 from eyehand.perception.cameras.oak_recorder import colour_path
 from eyehand.perception.frame import CameraIntrinsics, DepthFrame
+
+from .oak_frames import record_frames
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from eyehand.perception.cameras import OakRecording, record_frames
+from eyehand.perception.cameras import OakRecording
 from eyehand.perception.cameras.depthai_import import load_depthai
-from eyehand.perception.cameras.oak_message import image_messages
 from eyehand.perception.cameras.oak_recorder import OakRecorder
 from eyehand.perception.cameras.oak_stream import QUEUE_SIZE, images, next_pair, paired
+
+from .oak_frames import image_messages, record_frames
 
 if TYPE_CHECKING:
     from collections.abc import Callable
