@@ -51,6 +51,8 @@ PRINTED = {
     "from eyehand.perception import perceive\nfrom eyehand.perception.cameras": "5 objects",
     "import numpy": "ended: clear",
     "from eyehand.data_synth.pad": "no fault, phase task",
+    "from eyehand.data_synth import TabletopOptions": "(480, 640) 3 objects",
+    "from eyehand.perception import SegmentationOptions": "6 objects",
 }
 """What an example prints, by its first line's beginning."""
 

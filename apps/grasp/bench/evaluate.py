@@ -134,15 +134,15 @@ def evaluate_grasp(
     if protocol == "clutter-removal":
         return _run_protocol(
             ProtocolSettings(
-                tuple(family or ("packed", "pile")),
-                tuple(noise or ("none", "dex")),
-                min(rounds, QUICK_ROUNDS) if quick else rounds,
-                seed,
-                _checked_objects(objects),
-                (robot or RobotChoice()).hand or "panda",
-                known_table,
-                split,
-                jobs,
+                families=tuple(family or ("packed", "pile")),
+                noises=tuple(noise or ("none", "dex")),
+                rounds=min(rounds, QUICK_ROUNDS) if quick else rounds,
+                seed=seed,
+                objects=_checked_objects(objects),
+                hand=(robot or RobotChoice()).hand or "panda",
+                known_table=known_table,
+                split=split,
+                jobs=jobs,
             ),
             json=json,
         )
