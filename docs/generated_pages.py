@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import inspect
+import re
 from pathlib import Path
 from typing import Any
 
@@ -69,8 +70,41 @@ def commands_page() -> str:
     for command, (where, about) in COMMANDS.items():
         module, name = where.split(":")
         function = getattr(importlib.import_module(module), name)
-        parts += [f"## eyehand {command}", f"{about.capitalize()}.", _fenced(_docstring(function))]
+        text, *_ = _docstring(function).partition("\n\nParameters\n")
+        parts += [f"## eyehand {command}", f"{about.capitalize()}.", _escaped(text)]
+        parts.append(_options_table(function))
     return "\n\n".join(parts) + "\n"
+
+
+def _options_table(function: Any) -> str:
+    """Return a table of the options of a command: names, meaning and default."""
+    from cyclopts import App
+
+    app = App(help_format="plaintext")
+    app.default(function)
+    lines = ["| option | meaning | default |", "| --- | --- | --- |"]
+    for option in app.assemble_argument_collection(parse_docstring=True):
+        if not option.show:
+            continue
+        default = option.field_info.default
+        # Of a switch that is on, the name that turns it off counts.
+        names = [name for name in option.names if default is True or name not in option.negatives]
+        meaning = _escaped(" ".join((option.parameter.help or "").split()))
+        if choices := option.get_choices():
+            meaning += f" One of {', '.join(f'`{choice}`' for choice in choices)}."
+        if isinstance(default, bool):
+            shown = "on" if default else "off"
+        else:
+            shown = "" if default in (None, "", inspect.Parameter.empty) else f"`{default}`"
+        lines.append(f"| {', '.join(f'`{name}`' for name in names)} | {meaning} | {shown} |")
+    return "\n".join(lines)
+
+
+def _escaped(text: str) -> str:
+    """Return plain text that Markdown shows as it is, in a table too. Text in backticks stays."""
+    parts = text.split("`")
+    parts[::2] = [re.sub(r"([\\*_<>|\[\]])", r"\\\1", part) for part in parts[::2]]
+    return "`".join(parts)
 
 
 def python_page() -> str:

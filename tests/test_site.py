@@ -22,7 +22,13 @@ def test_page_of_commands_describes_all_commands_and_options():
     page = HOOK["commands_page"]()
     for command in COMMANDS:
         assert f"\n## eyehand {command}\n" in page
-    assert "calibration_error\n    Standard deviation of the gripper's position" in page
+    assert "| `--calibration-error` | Standard deviation of the gripper's position" in page
+    assert "| `--scene`, `--family` | Arrangement of the objects" in page
+    assert "| `--seed` | Seed of the scene and of the camera's noise. | `0` |" in page
+    assert "| `--video`, `--no-video` | Record the film. | on |" in page
+    # Options of a group, and a choice.
+    assert "| `--arm` | " in page
+    assert "One of `lift`, `move`, `hand-over`, `use`. | `lift` |" in page
 
 
 def test_page_of_python_describes_all_public_names():
