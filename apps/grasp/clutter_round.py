@@ -18,7 +18,8 @@ The hand always opens fully, as there, whatever the planner proposes.
 from __future__ import annotations
 
 import time
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field, replace
 from functools import cache
 from typing import Any, Literal
 
@@ -102,6 +103,8 @@ class ClutterTrial:
     """`JawOptions.depth_error`; None for 0.005 with a known table, else for the default."""
     changes: Changes = Changes()
     """What differs from the protocol."""
+    planner: Mapping[str, Any] = field(default_factory=dict)
+    """Other values of `JawOptions`, by field name."""
     max_attempts: int | None = None
     """Number of grasps after which the round ends; None for no limit."""
 
@@ -269,7 +272,7 @@ def _options(settings: ClutterTrial, failed: tuple[Grasp, ...]) -> JawOptions:
     error = settings.depth_error
     if error is None:
         error = CORRECTED_SCALE_ERROR if settings.known_table else options.depth_error
-    return replace(options, depth_error=error)
+    return replace(options, depth_error=error, **settings.planner)
 
 
 def _detail(scene: Scene, grasp: Grasp, course: Any) -> str:

@@ -21,8 +21,6 @@ ROUND_RATIO = 0.6
 """Minimum ratio of the semi-axes of such a section. A flat ellipse turns between the pads."""
 ROUND_STEPS = 12
 """Closing axes over half a turn around a round section."""
-APPROACH_STEPS = 24
-"""Approaches over a full turn around the closing axis."""
 MAX_UPRIGHT = 0.8
 """Maximum cosine between the closing axis and the vertical. A finger cannot reach below an object
 that stands on the support."""
@@ -102,7 +100,7 @@ def solid_candidates(
     closing = closing[2.0 * _half(solid, closing) <= hand.stroke]
     if len(closing) == 0:
         return Candidates.join([])
-    axes, approaches = _approaches(closing, up, options.max_tilt)
+    axes, approaches = _approaches(closing, up, options)
     y = np.cross(approaches, axes)
     depths = _depths(_half(solid, approaches), hand)
     sides = _half(solid, y)[:, None] * np.array(SHIFTS)
@@ -146,19 +144,19 @@ def closing_axes(solid: Superquadric, up: NDArray[np.float64]) -> NDArray[np.flo
 
 
 def _approaches(
-    closing: NDArray[np.float64], up: NDArray[np.float64], max_tilt: float
+    closing: NDArray[np.float64], up: NDArray[np.float64], options: JawOptions
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return pairs of a closing axis and an approach across it, (m, 3) each."""
     first = (closing @ up)[:, None] * closing - up
     first /= np.linalg.norm(first, axis=1, keepdims=True)
     second = np.cross(closing, first)
-    angle = np.arange(APPROACH_STEPS) * 2.0 * np.pi / APPROACH_STEPS
+    angle = np.arange(options.approaches) * 2.0 * np.pi / options.approaches
     found = (
         np.cos(angle)[None, :, None] * first[:, None]
         + np.sin(angle)[None, :, None] * second[:, None]
     )
     axes = np.broadcast_to(closing[:, None], found.shape)
-    allowed = -found @ up >= np.cos(max_tilt) - 1e-9
+    allowed = -found @ up >= np.cos(options.max_tilt) - 1e-9
     return axes[allowed], found[allowed]
 
 

@@ -10,6 +10,7 @@ from eyehand.errors import InputError
 from .grasp import Grasp
 
 MAX_FRICTION, MAX_ERROR, MAX_SCALE_ERROR = 3.0, 0.05, 0.2
+MAX_APPROACHES, MAX_TESTED = 360, 100_000
 
 
 @dataclass(frozen=True)
@@ -40,6 +41,12 @@ class JawOptions:
     """Whether the arm stops at the first contact of the hand, and closes there."""
     per_object: int = 3
     """Maximum number of grasps returned for each object."""
+    approaches: int = 24
+    """Approaches over a full turn around each closing axis. Fewer plan faster, and find fewer ways
+    past neighbours."""
+    tested: int = 220
+    """Maximum number of candidates of each object that are compared with the scene, those with the
+    best contacts. Fewer plan faster in clutter."""
     failed: tuple[Grasp, ...] = ()
     """Grasps that failed before in this scene. Similar ones rank lower."""
 
@@ -54,5 +61,11 @@ class JawOptions:
             value = getattr(self, name)
             if not low <= value <= high:
                 raise InputError(f"{name} must be from {low:g} to {high:g}, got {value}")
-        if self.per_object < 1:
-            raise InputError(f"per_object must be >= 1, got {self.per_object}")
+        for name, low, high in (
+            ("approaches", 4, MAX_APPROACHES),
+            ("tested", 1, MAX_TESTED),
+            ("per_object", 1, MAX_TESTED),
+        ):
+            value = getattr(self, name)
+            if not low <= value <= high:
+                raise InputError(f"{name} must be from {low} to {high}, got {value}")

@@ -29,8 +29,6 @@ if TYPE_CHECKING:
 
     from ..hands import ParallelHand
 
-KEPT = 220
-"""Candidates of each object whose clearance is tested, best contacts first."""
 UNFITTED_TERM, DOUBTFUL_TERM = 0.7, 0.95
 """Terms of an object without a solid, and of one whose solid is doubtful."""
 BUMP_SIGMAS, BUMP_SCALE = 11.0, 2.0
@@ -101,7 +99,7 @@ def _contact_candidates(
     options: JawOptions,
     rejected: dict[int, Counter[str]],
 ) -> ScoredCandidates | None:
-    """Return the candidates of an object with contacts, the best `KEPT`."""
+    """Return the candidates of an object with contacts, the best ones."""
     parts = [solid_candidates(solid, number, hand, up, options) for solid in surface.solids]
     if surface.vessel is not None:
         parts.append(rim_candidates(surface.vessel, number, hand, up, options))
@@ -134,7 +132,7 @@ def _contact_candidates(
         rejected[item.label][name] += int(np.count_nonzero(term < MIN_PROBABILITY))
     # An estimate of the term that is computed for the best candidates later.
     terms["depth_error"] = sideways_term(found, contact.width, scene.view_origin, hand, options)
-    order = np.argsort(-scored.total, kind="stable")[:KEPT]
+    order = np.argsort(-scored.total, kind="stable")[: options.tested]
     order = order[total[order] > MIN_PROBABILITY]
     return scored.take(order) if len(order) else None
 

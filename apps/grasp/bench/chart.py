@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
+from cyclopts import Parameter
 
 from eyehand.apps.console import say, show
 from eyehand.errors import InputError
@@ -17,6 +18,7 @@ from ...bench.pareto_chart import MIN_SHOWN_PCT, ChartPoint, ParetoChart
 from .conditions import check_condition
 from .dials import CONTROL, DEFAULT, PERCEPTION
 from .jobs import Condition, Family, run_grasp_trial
+from .protocol_settings import ProtocolChoice
 from .row_store import PICK
 from .run_inputs import checked_machines, checked_scenes, trial_extras
 from .stored_run import RunPlan, exit_code, flat_rows, print_run_json, run_plan
@@ -48,6 +50,7 @@ def chart_grasp(
     fresh: bool = False,
     out: Path | None = None,
     json: bool = False,
+    public: Annotated[ProtocolChoice | None, Parameter(name="*", group="Public protocol")] = None,
 ) -> int:
     """Chart seconds per pick against success over the dials of perception and control.
 
@@ -83,7 +86,17 @@ def chart_grasp(
         Output folder; default: a folder in out/chart_grasp per set of options.
     json
         Print one JSON object on stdout; the table goes to stderr.
+    public
+        The public protocol instead of the own one.
     """
+    public = public or ProtocolChoice()
+    if public.protocol == "clutter-removal":
+        # The protocol loads the planner's kernels, which other charts do not need.
+        from .protocol_chart import chart_protocol
+
+        settings = public.settings(family, seed, jobs, quick=quick)
+        folder = out or OUT / f"protocol_{public.hand}_{family}"
+        return chart_protocol(settings, folder / CHART_FILE, quick=quick, json=json)
     seeds, count = checked_scenes(scenes, seed, count, quick=quick)
     check_condition(friction, shake)
     machines = checked_machines(jobs, cluster)

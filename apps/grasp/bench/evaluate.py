@@ -17,7 +17,7 @@ from ...bench.machine import machine_line
 from ..robot_choice import RobotChoice
 from .conditions import FAMILIES, default_conditions, requested_conditions, source_digest
 from .jobs import Family, run_grasp_trial
-from .protocol_settings import QUICK_ROUNDS, ProtocolSettings
+from .protocol_settings import QUICK_ROUNDS, ProtocolSettings, checked_objects
 from .rates_chart import rates_chart
 from .report import write_report
 from .run_inputs import (
@@ -138,7 +138,7 @@ def evaluate_grasp(
                 noises=tuple(noise or ("none", "dex")),
                 rounds=min(rounds, QUICK_ROUNDS) if quick else rounds,
                 seed=seed,
-                objects=_checked_objects(objects),
+                objects=checked_objects(objects),
                 hand=(robot or RobotChoice()).hand or "panda",
                 known_table=known_table,
                 split=split,
@@ -188,12 +188,3 @@ def _run_protocol(settings: ProtocolSettings, *, json: bool) -> int:
     from .protocol import evaluate_protocol
 
     return evaluate_protocol(settings, json=json)
-
-
-def _checked_objects(objects: Path | None) -> Path:
-    if objects is None:
-        raise InputError(
-            "the clutter-removal protocol needs --objects FOLDER with meshes or URDFs, such as the "
-            "folder that holds packed/ and pile/"
-        )
-    return objects

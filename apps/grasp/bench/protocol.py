@@ -14,8 +14,9 @@ import numpy as np
 from eyehand.apps.console import print_json, say, show, tracked
 from eyehand.apps.wording import counted, seed_span
 from eyehand.errors import DeviceError, InputError
-from eyehand.grasping import load_hand
+from eyehand.grasping import JawOptions, load_hand
 
+from ...bench.dials import DialSetting
 from ...bench.machine import core_count, machine_line
 from ...bench.shares import percent, wilson_interval
 from ..clutter_round import ClutterTrial, clutter_objects, run_clutter_round
@@ -38,24 +39,9 @@ def evaluate_protocol(settings: ProtocolSettings, *, json: bool) -> int:
     DeviceError
         If no round has an outcome.
     """
-    jobs = _jobs(settings)
-    processes = settings.jobs or core_count()
-    outcomes: dict[str, list[dict[str, Any]]] = {}
-    for job, outcome in tracked(
-        run_here(jobs, run_clutter_round, processes=processes), "rounds", len(jobs)
-    ):
-        if outcome.lost or outcome.fault:
-            say(f"{job.row}, seed {job.trial['seed']}: {outcome.lost or outcome.fault}")
-            continue
-        outcomes.setdefault(job.row, []).append({**outcome.result, "seed": job.trial["seed"]})
-    if not outcomes:
-        raise DeviceError("no round has an outcome")
-    names = list(dict.fromkeys(job.row for job in jobs))
-    rows = [
-        _summary(name, outcomes[name], next(job.trial for job in jobs if job.row == name))
-        for name in names
-        if name in outcomes
-    ]
+    jobs = protocol_jobs(settings)
+    outcomes = run_rounds(jobs, settings.jobs)
+    rows = summaries(jobs, outcomes)
     title = (
         f"clutter-removal protocol, {settings.hand}, {counted(settings.rounds, 'round')} of each "
         f"row, {seed_span(settings.seed, settings.rounds)}, {settings.split} objects"
@@ -81,8 +67,46 @@ def evaluate_protocol(settings: ProtocolSettings, *, json: bool) -> int:
     return int(sum(len(found) for found in outcomes.values()) < len(jobs))
 
 
-def _jobs(settings: ProtocolSettings) -> list[SceneJob]:
-    """List the rounds, seed by seed."""
+def run_rounds(jobs: Sequence[SceneJob], processes: int | None) -> dict[str, list[dict[str, Any]]]:
+    """Run rounds in parallel processes (None: one per core), and return the outcomes by row.
+
+    Raises
+    ------
+    DeviceError
+        If no round has an outcome.
+    """
+    outcomes: dict[str, list[dict[str, Any]]] = {}
+    for job, outcome in tracked(
+        run_here(jobs, run_clutter_round, processes=processes or core_count()), "rounds", len(jobs)
+    ):
+        if outcome.lost or outcome.fault:
+            say(f"{job.row}, seed {job.trial['seed']}: {outcome.lost or outcome.fault}")
+            continue
+        outcomes.setdefault(job.row, []).append({**outcome.result, "seed": job.trial["seed"]})
+    if not outcomes:
+        raise DeviceError("no round has an outcome")
+    return outcomes
+
+
+def summaries(
+    jobs: Sequence[SceneJob], outcomes: Mapping[str, Sequence[Mapping[str, Any]]]
+) -> list[dict[str, Any]]:
+    """Return the rows of the table, in the order of the jobs."""
+    trials = {job.row: job.trial for job in reversed(jobs)}
+    names = dict.fromkeys(job.row for job in jobs)
+    return [_summary(name, outcomes[name], trials[name]) for name in names if name in outcomes]
+
+
+def protocol_jobs(
+    settings: ProtocolSettings, dials: Sequence[DialSetting[JawOptions]] = ()
+) -> list[SceneJob]:
+    """List the rounds, seed by seed, with each setting of the planner's dials.
+
+    Raises
+    ------
+    InputError
+        If a setting is out of range or the folder has no objects.
+    """
     if settings.rounds < 1:
         raise InputError(f"--rounds must be >= 1, got {settings.rounds}")
     load_hand(settings.hand)
@@ -90,9 +114,10 @@ def _jobs(settings: ProtocolSettings) -> list[SceneJob]:
         if family not in ("packed", "pile"):
             raise InputError(f"--family of this protocol is packed or pile, got {family!r}")
         clutter_objects(str(_folder(settings.objects, family)), settings.split)
+    planners = {f", {one.name}": dict(one.dials) for one in dials} or {"": {}}
     return [
         SceneJob(
-            _row_name(family, noise, known=settings.known_table),
+            _row_name(family, noise, known=settings.known_table) + name,
             asdict(
                 ClutterTrial(
                     family="packed" if family == "packed" else "pile",
@@ -103,12 +128,14 @@ def _jobs(settings: ProtocolSettings) -> list[SceneJob]:
                     hand=settings.hand,
                     split=settings.split,
                     depth_error=settings.depth_error,
+                    planner=planner,
                 )
             ),
         )
         for number in range(settings.rounds)
         for family in settings.families
         for noise in settings.noises
+        for name, planner in planners.items()
     ]
 
 

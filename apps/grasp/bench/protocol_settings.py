@@ -3,15 +3,59 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
-if TYPE_CHECKING:
-    from pathlib import Path
+from eyehand.errors import InputError
 
+if TYPE_CHECKING:
     from eyehand.data_synth.scenes import Split
 
 QUICK_ROUNDS = 1
 """Maximum number of rounds of a quick run."""
+
+
+@dataclass(frozen=True)
+class ProtocolChoice:
+    """Options of `chart grasp` that choose the public protocol."""
+
+    protocol: Literal["own", "clutter-removal"] = "own"
+    """clutter-removal: chart the planning time of a gripper against success in the public protocol
+    of VGN and GIGA. It uses --seed, --family (packed, pile), --jobs and the options below."""
+    rounds: int = 20
+    """Rounds of the protocol at each setting of the planner."""
+    noise: Literal["none", "dex"] = "dex"
+    """Noise of its depth image."""
+    known_table: bool = False
+    """Correct scale and tilt of its image from the known height of the table."""
+    objects: Path | None = None
+    """Folder with the subfolders packed and pile, or with the objects of the family."""
+    split: Literal["all", "development", "held-out"] = "all"
+    """Objects of the folder: all, or one half by their names."""
+    hand: str = "panda"
+    """Built-in gripper or .json file."""
+
+    def settings(
+        self, family: str, seed: int, jobs: int | None, *, quick: bool
+    ) -> ProtocolSettings:
+        """Return the settings of the run.
+
+        Raises
+        ------
+        InputError
+            If there is no folder of objects.
+        """
+        return ProtocolSettings(
+            (family,),
+            (self.noise,),
+            min(self.rounds, QUICK_ROUNDS) if quick else self.rounds,
+            seed,
+            checked_objects(self.objects),
+            self.hand,
+            self.known_table,
+            self.split,
+            jobs,
+        )
 
 
 @dataclass(frozen=True)
@@ -38,3 +82,19 @@ class ProtocolSettings:
     """Number of processes; None for the number of cores."""
     depth_error: float | None = None
     """Depth error that the planner expects; None for its default."""
+
+
+def checked_objects(objects: Path | None) -> Path:
+    """Return the folder of objects.
+
+    Raises
+    ------
+    InputError
+        If there is none.
+    """
+    if objects is None:
+        raise InputError(
+            "the clutter-removal protocol needs --objects FOLDER with meshes or URDFs, such as the "
+            "folder that holds packed/ and pile/"
+        )
+    return objects

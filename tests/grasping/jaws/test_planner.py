@@ -182,6 +182,17 @@ def test_options_are_checked():
         JawOptions(friction=-1.0)
     with pytest.raises(InputError, match="per_object"):
         JawOptions(per_object=0)
+    with pytest.raises(InputError, match="approaches must be from 4 to 360, got 3"):
+        JawOptions(approaches=3)
+    with pytest.raises(InputError, match="tested must be from 1 to 100000, got 0"):
+        JawOptions(tested=0)
+
+
+def test_fewer_approaches_and_candidates_find_at_most_as_good_a_grasp():
+    scene = scene_of(can(0.03, 0.1), box((0.05, 0.1, 0.1), (0.07, 0.0), label=2))
+    best = plan_grasps(scene, PANDA)[0].success
+    for few in (JawOptions(approaches=8), JawOptions(tested=20)):
+        assert 0.0 < plan_grasps(scene, PANDA, few)[0].success <= best + 1e-9
 
 
 def test_turns_about_an_axis_of_symmetry_are_one_grasp():

@@ -7,7 +7,9 @@ from pathlib import Path
 
 import pytest
 
+from eyehand.apps.grasp.bench.chart import chart_grasp
 from eyehand.apps.grasp.bench.evaluate import evaluate_grasp
+from eyehand.apps.grasp.bench.protocol_settings import ProtocolChoice
 from eyehand.apps.grasp.clutter_round import run_clutter_round
 from eyehand.apps.grasp.robot_choice import RobotChoice
 from eyehand.errors import InputError
@@ -52,6 +54,34 @@ def test_quick_run_prints_rows_beside_those_of_others(capsys):
     assert 0 <= own["success_ci_low_pct"] <= own["success_pct"] <= own["success_ci_high_pct"] <= 100
     assert all("outside" in row["measured_by"] for row in others)
     assert report["rounds"][0]["attempts"][0]["object"]
+
+
+def test_quick_chart_shows_planning_time_against_success(tmp_path, capsys):
+    if not SHARED.is_dir():
+        pytest.skip(f"no {SHARED}")
+    choice = ProtocolChoice("clutter-removal", known_table=True, objects=SHARED)
+    code = chart_grasp(public=choice, seed=3, quick=True, jobs=1, out=tmp_path, json=True)
+    assert code == 0
+    report = json.loads(capsys.readouterr().out)
+    default, fewer = report["rows"]
+    assert default["name"] == "packed, dex noise, table known, default"
+    assert fewer["name"].endswith("approaches 8")
+    assert default["plan_ms"] > 0 < fewer["plan_ms"]
+    assert default["attempts"] >= 1
+    assert default["on_front"] or fewer["on_front"]
+    assert (tmp_path / "grasp.png").stat().st_size > 10_000
+    lines = (tmp_path / "grasp.csv").read_text().splitlines()
+    assert len(lines) == 3
+    assert "plan_ms" in lines[0]
+
+
+def test_chart_of_the_protocol_needs_objects_and_a_family_of_it(tmp_path):
+    with pytest.raises(InputError, match="--objects"):
+        chart_grasp(public=ProtocolChoice("clutter-removal"), out=tmp_path)
+    choice = ProtocolChoice("clutter-removal", objects=SHARED)
+    with pytest.raises(InputError, match="packed or pile, got 'single'"):
+        chart_grasp(public=choice, family="single", out=tmp_path)
+    assert not list(tmp_path.iterdir())
 
 
 def test_round_is_reproducible():
