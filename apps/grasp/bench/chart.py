@@ -10,6 +10,7 @@ import numpy as np
 from cyclopts import Parameter
 
 from eyehand.apps.console import say, show
+from eyehand.apps.output_files import make_folder
 from eyehand.errors import InputError
 
 from ...bench.chart_style import Provenance, write_chart
@@ -95,7 +96,8 @@ def chart_grasp(
         from .protocol_chart import chart_protocol
 
         settings = public.settings(family, seed, jobs, quick=quick)
-        folder = out or OUT / f"protocol_{public.hand}_{family}"
+        folder = out or OUT / f"protocol_{Path(public.hand).stem}_{family}"
+        make_folder(folder)
         return chart_protocol(settings, folder / CHART_FILE, quick=quick, json=json)
     seeds, count = checked_scenes(scenes, seed, count, quick=quick)
     check_condition(friction, shake)

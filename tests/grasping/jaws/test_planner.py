@@ -13,6 +13,7 @@ from eyehand.errors import InputError
 from eyehand.grasping import JawOptions, ParallelHand, generic_jaw, load_hand, plan_grasps
 from eyehand.grasping.jaw_plan import jaw_plans
 from eyehand.grasping.jaws import Grasp
+from eyehand.grasping.jaws.candidates import solid_candidates
 from eyehand.grasping.jaws.scoring import SUCCESS_ODDS
 from eyehand.grasping.transport_phases import gripped_too_thin
 
@@ -188,11 +189,27 @@ def test_options_are_checked():
         JawOptions(tested=0)
 
 
-def test_fewer_approaches_and_candidates_find_at_most_as_good_a_grasp():
+def test_fewer_tested_candidates_find_at_most_as_good_a_grasp():
     scene = scene_of(can(0.03, 0.1), box((0.05, 0.1, 0.1), (0.07, 0.0), label=2))
     best = plan_grasps(scene, PANDA)[0].success
-    for few in (JawOptions(approaches=8), JawOptions(tested=20)):
-        assert 0.0 < plan_grasps(scene, PANDA, few)[0].success <= best + 1e-9
+    for tested in (20, 60):
+        found = plan_grasps(scene, PANDA, JawOptions(tested=tested))
+        assert 0.0 < found[0].success <= best + 1e-9
+
+
+def test_approaches_are_spread_over_the_turn():
+    def directions(count):
+        solid = box((0.04, 0.3, 0.3)).fit.superquadric
+        assert solid is not None
+        up = np.array([0.0, 0.0, 1.0])
+        found = solid_candidates(solid, 0, PANDA, up, JawOptions(approaches=count, max_tilt=np.pi))
+        return np.unique(np.round(found.rotation[:, :, 2], 6), axis=0)
+
+    for count in (8, 24):
+        one = directions(count)
+        assert len(one) == count
+        cosines = np.sort(one @ one.T, axis=1)[:, -2]
+        np.testing.assert_allclose(cosines, np.cos(2 * np.pi / count), atol=1e-5)
 
 
 def test_turns_about_an_axis_of_symmetry_are_one_grasp():
