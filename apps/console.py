@@ -68,3 +68,24 @@ def tracked(items: Iterable[Any], what: str, total: int | None = None) -> Iterat
         disable=not console.is_terminal,
         transient=True,
     )
+
+
+def wide_table(
+    title: str, headings: Iterable[str], *, left: Iterable[str] = (), caption: str | None = None
+) -> Table:
+    """Return an empty table with narrow gaps; the columns in `left` are aligned to the left."""
+    from rich import box
+    from rich.table import Table
+
+    table = Table(
+        title=title,
+        title_justify="left",
+        box=box.SIMPLE_HEAD,
+        padding=(0, 1, 0, 0),
+        pad_edge=False,
+        caption=caption,
+        caption_justify="left",
+    )
+    for heading in headings:
+        table.add_column(heading, justify="left" if heading in left else "right", no_wrap=True)
+    return table

@@ -6,10 +6,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from rich import box
 from rich.table import Table
 
-from eyehand.apps.console import print_json, say, show
+from eyehand.apps.console import print_json, say, show, wide_table
 from eyehand.errors import InputError
 from eyehand.perception import FrontFormat, StoredFront
 from eyehand.perception.io import atomic_write
@@ -148,18 +147,13 @@ class DialChart:
 
     def table(self) -> Table:
         """Tabulate the front, the default, and each baseline at its best."""
-        table = Table(
-            title="the Pareto front, the default, and each baseline at its best",
-            title_justify="left",
-            box=box.SIMPLE_HEAD,
-            pad_edge=False,
+        left = ("method", "setting")
+        table = wide_table(
+            "the Pareto front, the default, and each baseline at its best",
+            (*left, "ms", *self.words.columns.values()),
+            left=left,
             caption=self.words.caption,
-            caption_justify="left",
         )
-        for name in ("method", "setting"):
-            table.add_column(name)
-        for name in ("ms", *self.words.columns.values()):
-            table.add_column(name, justify="right")
         front = self.front
         for index in sorted({0, *front}, key=lambda index: self.own[index].median_ms):
             style = None if index in front else "dim"

@@ -10,10 +10,9 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 from cyclopts import Parameter
-from rich import box
 from rich.table import Table
 
-from eyehand.apps.console import print_json, say, show, tracked
+from eyehand.apps.console import print_json, say, show, tracked, wide_table
 from eyehand.errors import InputError
 from eyehand.perception import SegmentationOptions, segment
 
@@ -66,6 +65,11 @@ COLUMNS = {
     "peak_mb": "MB",
 }
 """Key of a row → heading of its table column."""
+CAPTION = (
+    "P R F: overlap, bP bR bF: boundaries, %75: objects with F > 75 %, all in % and means over "
+    "frames; over, under, missed, false: objects; agree: lowest share of pixels that keep their "
+    "object after ±1 mm on 0.5 % of the readings; ms: wall time, median"
+)
 
 
 def evaluate_segmentation(
@@ -290,20 +294,7 @@ def _write_worst(
 
 
 def _table(rows: list[dict[str, Any]], title: str) -> Table:
-    table = Table(
-        title=title,
-        title_justify="left",
-        box=box.SIMPLE_HEAD,
-        padding=(0, 1, 0, 0),
-        pad_edge=False,
-        caption="P R F: overlap, bP bR bF: boundaries, %75: objects with F > 75 %, all in % and "
-        "means over frames; over, under, missed, false: objects; agree: lowest share "
-        "of pixels that keep their object after ±1 mm on 0.5 % of the readings; ms: "
-        "wall time, median",
-        caption_justify="left",
-    )
-    for key, name in COLUMNS.items():
-        table.add_column(name, justify="left" if key == "name" else "right", no_wrap=True)
+    table = wide_table(title, COLUMNS.values(), left=(COLUMNS["name"],), caption=CAPTION)
     for row in rows:
         if row is rows[-1] and len(rows) > 1:
             table.add_section()

@@ -9,7 +9,7 @@ from . import work_rows as at
 from .levenberg_marquardt import apply_step
 from .parameters import N_PARAMETERS
 from .ray_kernels import TIME, compute_ray_rows, evaluate_on_rays, write_depths
-from .whitened_kernels import to_start_axes
+from .whitened_kernels import add_whitened
 from .work_rows import FAST_MATH, LANES, lane_count, new_workspace
 
 
@@ -61,17 +61,5 @@ def whitened_ray_depths(y, unwhiten, rays, depth, view_origin, start, tapered, b
     ray_depths(rays, depth, view_origin, shape, tapered, values, rows)
     gradients = np.zeros((count, y.size))
     for i in range(count):
-        full = rows[i]
-        for j in range(3):
-            if shape.log_axes[j] != start.log_axes[j] + step[j]:
-                full[j] = 0.0
-        for j in range(2):
-            if shape.exponents[j] != start.exponents[j] + step[3 + j]:
-                full[3 + j] = 0.0
-            if shape.taper[j] != start.taper[j] + step[11 + j]:
-                full[11 + j] = 0.0
-        to_start_axes(full, step)
-        for j in range(y.size):
-            for a in range(N_PARAMETERS):
-                gradients[i, j] += unwhiten[a, j] * full[a]
+        add_whitened(rows[i], shape, start, step, unwhiten, gradients[i])
     return values, gradients

@@ -26,7 +26,17 @@ def whitened_cost(y, unwhiten, terms, prior, start, tapered, bounds):
     shape = apply_step(start, step, bounds)
     cost, full, hessian = normal_equations(terms, shape, tapered)
     total = cost + add_prior(prior, shape, full, hessian)
-    # The derivative with respect to a parameter that was clipped to its bound is 0.
+    gradient = np.zeros(y.size)
+    add_whitened(full, shape, start, step, unwhiten, gradient)
+    return total, cost, gradient, shape
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def add_whitened(full, shape, start, step, unwhiten, gradient):
+    """Add the derivatives by y (k,) of a value with derivatives `full` (13,) at the moved shape.
+
+    The derivative by a parameter that was clipped to its bound is 0. `full` is changed in place.
+    """
     for j in range(3):
         if shape.log_axes[j] != start.log_axes[j] + step[j]:
             full[j] = 0.0
@@ -36,11 +46,9 @@ def whitened_cost(y, unwhiten, terms, prior, start, tapered, bounds):
         if shape.taper[j] != start.taper[j] + step[11 + j]:
             full[11 + j] = 0.0
     to_start_axes(full, step)
-    gradient = np.zeros(y.size)
-    for j in range(y.size):
+    for j in range(gradient.size):
         for a in range(N_PARAMETERS):
             gradient[j] += unwhiten[a, j] * full[a]
-    return total, cost, gradient, shape
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

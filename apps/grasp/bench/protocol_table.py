@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from rich import box
 from rich.table import Table
 
+from ...console import wide_table
 from .summary_table import NO_VALUE
 
 COLUMNS = (
@@ -57,18 +57,7 @@ PUBLISHED: tuple[dict[str, Any], ...] = (
 
 def protocol_table(rows: Sequence[Mapping[str, Any]], title: str) -> Table:
     """Return the table of the measured rows, and of others' rows of the same families."""
-    table = Table(
-        title=title,
-        title_justify="left",
-        box=box.SIMPLE_HEAD,
-        padding=(0, 1, 0, 0),
-        pad_edge=False,
-        caption=CAPTION,
-        caption_justify="left",
-    )
-    table.add_column("row", no_wrap=True)
-    for name in COLUMNS:
-        table.add_column(name, justify="right", no_wrap=True)
+    table = wide_table(title, ("row", *COLUMNS), left=("row",), caption=CAPTION)
     for row in rows:
         table.add_row(*_cells(row))
     table.add_section()
@@ -82,15 +71,8 @@ def protocol_table(rows: Sequence[Mapping[str, Any]], title: str) -> Table:
 
 def calibration_table(bins: Sequence[Mapping[str, Any]]) -> Table:
     """Return the table of predicted and observed success, over the attempts of all rows."""
-    table = Table(
-        title="predicted success against the observed one, all rows",
-        title_justify="left",
-        box=box.SIMPLE_HEAD,
-        padding=(0, 1, 0, 0),
-        pad_edge=False,
-    )
-    for name in ("bin", "grasps", "predicted", "observed", "error"):
-        table.add_column(name, justify="right", no_wrap=True)
+    headings = ("bin", "grasps", "predicted", "observed", "error")
+    table = wide_table("predicted success against the observed one, all rows", headings)
     for one in bins:
         error = one["observed_pct"] - one["predicted_pct"]
         table.add_row(

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from rich import box
 from rich.table import Table
+
+from ...console import wide_table
 
 NO_VALUE = "-"
 """Text of a missing value."""
@@ -24,18 +25,8 @@ CAPTION = (
 
 def grasp_table(rows: Sequence[Mapping[str, Any]], title: str) -> Table:
     """Return the table of the rows of :func:`summary_rows`."""
-    table = Table(
-        title=title,
-        title_justify="left",
-        box=box.SIMPLE_HEAD,
-        padding=(0, 1, 0, 0),
-        pad_edge=False,
-        caption=CAPTION,
-        caption_justify="left",
-    )
-    table.add_column("condition", no_wrap=True)
-    for name in COLUMNS:
-        table.add_column(name, justify="right", no_wrap=True)
+    headings = ("condition", *COLUMNS)
+    table = wide_table(title, headings, left=("condition",), caption=CAPTION)
     family = rows[0]["family"] if rows else ""
     for row in rows:
         if row["family"] != family:
