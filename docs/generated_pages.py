@@ -67,11 +67,11 @@ def commands_page() -> str:
     from eyehand.apps.command_table import COMMANDS
 
     parts = ["# Commands", "`eyehand COMMAND --help` prints the same."]
-    for command, (where, about) in COMMANDS.items():
+    for command, (where, _) in COMMANDS.items():
         module, name = where.split(":")
         function = getattr(importlib.import_module(module), name)
         text, *_ = _docstring(function).partition("\n\nParameters\n")
-        parts += [f"## eyehand {command}", f"{about.capitalize()}.", _escaped(text)]
+        parts += [f"## eyehand {command}", _escaped(text)]
         parts.append(_options_table(function))
     return "\n\n".join(parts) + "\n"
 
