@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from .candidates import ROUND_EXPONENT
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from .surface_model import ObjectSurface
+from .surface_model import ObjectSurface
 
 SAME_DISTANCE, SAME_ANGLE_COSINE = 0.012, float(np.cos(np.radians(25.0)))
 """Two grasps that differ by less are one: distance in m, and cosine of the angle."""

@@ -8,18 +8,16 @@ from __future__ import annotations
 
 import importlib
 import re
+from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
+
+from scipy.spatial.transform import RigidTransform
 
 from eyehand.errors import InputError
 
 from ..io.atomic_write import atomic_write
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from pathlib import Path
-
-    from scipy.spatial.transform import RigidTransform
 
 HEADER = "std_msgs/Header header\n"
 DEFINITIONS = {

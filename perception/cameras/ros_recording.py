@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import struct
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import cv2
 import numpy as np
@@ -20,9 +21,6 @@ from ..io.intrinsics import CameraFile, intrinsics_from_matrix, read_camera_file
 from ..io.png import decode_depth
 from .mcap_file import check_mcap
 from .ros_messages import RosWriter, header, load_ros, ros_writer
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
 
 IMAGE, COMPRESSED, INFO = (
     f"sensor_msgs/msg/{name}" for name in ("Image", "CompressedImage", "CameraInfo")

@@ -8,22 +8,17 @@ meshes, seen once from 25° to 65° with 1 mm of noise, so that one and two devi
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .misfit import correlated_misfit
-from .uncertainty import SIDES
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from .shape import Superquadric
-    from .uncertainty import Uncertainty
-    from .view_evidence import ViewEvidence
+from .shape import Superquadric
+from .uncertainty import SIDES, Uncertainty
+from .view_evidence import ViewEvidence
 
 MISFIT_POINTS = 800
 """Maximum number of points from which the misfit is computed."""

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from eyehand.errors import InputError
 
@@ -21,14 +21,10 @@ from .extents import (
     inflated_covariance,
 )
 from .robust import robust_spread
-
-if TYPE_CHECKING:
-    from numpy.typing import ArrayLike, NDArray
-
-    from .shape import Kind, Superquadric
-    from .uncertainty import Uncertainty
-    from .vessel import Vessel
-    from .view_evidence import ViewEvidence
+from .shape import Kind, Superquadric
+from .uncertainty import Uncertainty
+from .vessel import Vessel
+from .view_evidence import ViewEvidence
 
 AMBIGUOUS_MARGIN = 2.0
 """Criteria that differ by less do not distinguish two solids (Kass and Raftery 1995: "not worth
