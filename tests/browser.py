@@ -29,7 +29,7 @@ OPTIONS = (
     "--use-angle=swiftshader",
     "--enable-unsafe-swiftshader",  # WebGL without a graphics card
 )
-ANSWER_S, LOAD_S = 30.0, 60.0
+ANSWER_S, LOAD_S = 120.0, 120.0
 """Time limits of an answer of the browser, and of a page that loads."""
 
 LOOKS = ((390, False), (390, True), (1440, False), (1440, True))
