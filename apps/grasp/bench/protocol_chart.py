@@ -120,7 +120,7 @@ def _chart(
         points,
         front,
         "successful grasps",
-        Provenance(f"{data}, at least", settings.seed, min(grasps), "grasp"),
+        Provenance(data, settings.seed, min(grasps), "grasp"),
         # No failure is drawn as half a failure in the largest number of grasps.
         max_shown_pct=100.0 - 50.0 / max(grasps),
         min_shown_pct=min([MIN_SHOWN_PCT, *(point.accuracy_pct for point in points)]),
