@@ -6,7 +6,7 @@ Each subpackage offers its public names: `scenes` (objects on a table, reaching 
 used are here as well.
 """
 
-from .arms import HOME_KEY, JOINT_SPEED, LBR_ARM, PLANAR_ARM, TOOL_SITE
+from .arms import HOME_KEY, JOINT_SPEED, LBR_ARM, PLANAR_ARM, TOOL_SITE, ReachingArm
 from .mujoco_import import import_mujoco
 from .render import (
     Backend,
@@ -53,6 +53,7 @@ __all__ = [
     "FurnishedFamily",
     "FurnishedOptions",
     "FurnishedScene",
+    "ReachingArm",
     "ReachingScene",
     "RenderedView",
     "Table",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 
 _ASSETS = Path(__file__).parent / "assets"
@@ -22,3 +23,19 @@ HOME_KEY = "home"
 """Keyframe with a start posture: the LBR's tool points down, half a metre in front of the base."""
 JOINT_SPEED = "joint_speed"
 """Custom number field with the joint speed limits, rad/s, in the order of the joints."""
+
+
+@dataclass(frozen=True)
+class ReachingArm:
+    """The arm of reaching scenes: its file, the frame that reaches, and published joint limits."""
+
+    file: Path = LBR_ARM
+    """MJCF or URDF file."""
+    frame: str = TOOL_SITE
+    """Site or body that has to reach the goals."""
+    joints: tuple[str, ...] = ()
+    """Names of the joints that reach, from the base on. Empty: all joints of the file."""
+    speed: tuple[float, ...] = ()
+    """Speed limit of each joint, rad/s. Empty: that of the file, or the default."""
+    acceleration: tuple[float, ...] = ()
+    """Acceleration limit of each joint, rad/s². Empty: that of the file, or the default."""

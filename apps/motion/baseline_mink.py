@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from eyehand.data_synth import HOME_KEY, JOINT_SPEED, TOOL_SITE
-from eyehand.data_synth.scenes import arm_spec, clearance_pairs
+from eyehand.data_synth.scenes import arm_spec, clearance_pairs, frame_views
 
+from .arm_choice import reaching_robot
 from .reach_outcome import ReachOptions, ReachOutcome, run_reach
 
 if TYPE_CHECKING:
@@ -114,12 +114,15 @@ class MinkMethod:
 
         self._options, self._dt, self._goal = options, dt, scene.goal
         self._axes = None if goal == "position" else scene.goal_axes
-        model = arm_spec(scene.obstacles).compile()
+        model = arm_spec(scene.obstacles, scene.arm).compile()
+        robot = reaching_robot(scene.arm)
         self._configuration = mink.Configuration(model, q=scene.start)
-        self._site = model.site(TOOL_SITE).id
+        self._tool = frame_views(model, self._configuration.data, scene.arm.frame)
+        sites = [model.site(site).name for site in range(model.nsite)]
+        kind = "site" if scene.arm.frame in sites else "body"
         self._reach = mink.FrameTask(
-            TOOL_SITE,
-            "site",
+            scene.arm.frame,
+            kind,
             position_cost=1.0,
             orientation_cost=ORIENTATION_COST[goal],
             gain=RATE * dt,
@@ -130,10 +133,8 @@ class MinkMethod:
         self._retreat = mink.PostureTask(model, cost=1.0, gain=RETREAT_RATE * dt)
         self._best, self._stalled, self._retreats = np.inf, 0.0, 0
         self._retreat_left = 0.0
-        home = model.key(HOME_KEY).qpos
-        self._refuges = (home, model.jnt_range[: len(home)].sum(axis=1) - home)
-        names = [model.joint(k).name for k in range(model.njnt)]
-        speeds = dict(zip(names, model.numeric(JOINT_SPEED).data, strict=True))
+        self._refuges = (robot.home, robot.lower + robot.upper - robot.home)
+        speeds = dict(zip(robot.joint_names, robot.speed, strict=True))
         pairs = [([int(a)], [int(b)]) for a, b in clearance_pairs(model)]
         self._limits = [
             mink.ConfigurationLimit(model),
@@ -149,18 +150,18 @@ class MinkMethod:
         ]
 
     def __call__(self, q: NDArray[np.float64]) -> tuple[NDArray[np.float64], str]:
-        """Return the joint speeds (7,), rad/s, of a cycle and a status; see `ReachMethod`."""
+        """Return the joint speeds (n,), rad/s, of a cycle and a status; see `ReachMethod`."""
         import mink
 
         configuration = self._configuration
         configuration.update(q)
-        tool = configuration.data.site_xpos[self._site]
+        tool, matrix = self._tool
         offset = self._goal - tool
         # A target on the straight line to the goal limits the speed. For a position it has the
         # orientation of the tool, so that the error has no rotation.
         max_step = self._options.speed / RATE
         ahead = offset * min(1.0, max_step / max(float(np.linalg.norm(offset)), max_step))
-        rotation = mink.SO3.from_matrix(configuration.data.site_xmat[self._site].reshape(3, 3))
+        rotation = mink.SO3.from_matrix(matrix.reshape(3, 3))
         if self._axes is not None:
             axes = Rotation.from_matrix(rotation.as_matrix())
             turn = Rotation.from_matrix(self._axes) * axes.inv()

@@ -10,6 +10,7 @@ import numpy as np
 
 from eyehand.control import ApproachController, CollisionOptions, ControlOptions
 from eyehand.control.tasks import Position
+from eyehand.data_synth import ReachingArm
 from eyehand.data_synth.scenes import make_reaching_scene
 
 from .baseline_mink import MinkMethod, MinkOptions
@@ -44,7 +45,12 @@ _Step = Callable[[], object]
 
 
 def cycle_rows(
-    seed: int, *, baseline: bool, rounds: int = ROUNDS, postures: int = POSTURES
+    seed: int,
+    *,
+    baseline: bool,
+    rounds: int = ROUNDS,
+    postures: int = POSTURES,
+    arm: ReachingArm | None = None,
 ) -> list[dict[str, Any]]:
     """Time one cycle of each method at the same postures, in turns.
 
@@ -61,13 +67,16 @@ def cycle_rows(
         Number of turns of each method at each posture.
     postures
         Number of postures, one per scene.
+    arm
+        The arm; None for the included one.
 
     Returns
     -------
     list of dict
         Rows `cycle compiled` and, with the baseline, `cycle mink`.
     """
-    scenes = (make_reaching_scene(seed + k, boxes=BOXES) for k in range(postures))
+    arm = arm or ReachingArm()
+    scenes = (make_reaching_scene(seed + k, boxes=BOXES, arm=arm) for k in range(postures))
     turns = [_steps(scene, baseline) for scene in scenes]
     for steps in turns:
         for step in steps.values():
@@ -102,7 +111,7 @@ def _steps(scene: ReachingScene, baseline: bool) -> dict[str, _Step]:
 
 
 def _controller_step(scene: ReachingScene, posture: NDArray[np.float64], cut_off: float) -> _Step:
-    world = reaching_world(scene.obstacles, CollisionOptions(cut_off=cut_off))
+    world = reaching_world(scene.obstacles, scene.arm, CollisionOptions(cut_off=cut_off))
     controller = ApproachController(world, (Position(scene.goal),), CONTROLLERS[DEFAULT].options)
 
     def step() -> None:
@@ -114,8 +123,8 @@ def _controller_step(scene: ReachingScene, posture: NDArray[np.float64], cut_off
 
 
 def _crowded_posture(scene: ReachingScene) -> tuple[NDArray[np.float64], float]:
-    """Return the posture (7,) of smallest clearance, and a cut-off that includes PAIRS pairs, m."""
-    world = reaching_world(scene.obstacles)
+    """Return the posture (n,) of smallest clearance, and a cut-off that includes PAIRS pairs, m."""
+    world = reaching_world(scene.obstacles, scene.arm)
     options = ControlOptions()
     controller = ApproachController(world, (Position(scene.goal),), options)
     q = crowded = scene.start
@@ -125,7 +134,7 @@ def _crowded_posture(scene: ReachingScene) -> tuple[NDArray[np.float64], float]:
         if cycle.clearance < min_clearance:
             min_clearance, crowded = cycle.clearance, q
         q = q + options.dt * cycle.velocity
-    world = reaching_world(scene.obstacles, CollisionOptions(cut_off=WIDE_M))
+    world = reaching_world(scene.obstacles, scene.arm, CollisionOptions(cut_off=WIDE_M))
     distances = np.sort(world.proximity(crowded).distance)
     return crowded, float(distances[PAIRS - 1 : PAIRS + 1].mean())
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from eyehand.data_synth.cell import INCLUDED_ARM
 from eyehand.data_synth.scenes import MAX_BOXES, Place
 from eyehand.errors import InputError
 
@@ -19,6 +20,7 @@ from ..bench.machine import core_count
 from ..console import print_json, say, show, tracked
 from ..process_end import end_with_parent
 from ..run_folder import claim_folder
+from .arm_choice import choose_arm, reaching_robot
 from .cycle_comparison import PAIRS, cycle_rows
 from .loop_times import loop_row
 from .reach_chart import reach_chart
@@ -32,6 +34,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
     from rich.table import Table
+
+    from eyehand.data_synth import ReachingArm
 
 QUICK_SCENES = 4
 """Number of scenes with --quick."""
@@ -59,6 +63,8 @@ def evaluate_motion(
     scenes: int = 200,
     seed: int = 0,
     boxes: int = 5,
+    arm: str = "",
+    frame: str = "",
     place: Place = "boxes",
     goal: Goal = "position",
     time_limit: float = ReachOptions.time_limit,
@@ -71,7 +77,7 @@ def evaluate_motion(
 ) -> int:
     """Run cluttered reaching scenes, and print success, contacts and cycle times per method.
 
-    A 7-joint arm reaches for points among boxes. A separate collision model evaluates every cycle.
+    An arm reaches for points among boxes. A separate collision model evaluates every cycle.
     Writes bench.png, bench.csv with the numbers behind it, and scenes.csv with one row per scene
     and method.
 
@@ -83,6 +89,11 @@ def evaluate_motion(
         Seed of the first scene. Scene k depends on seed + k only.
     boxes
         Number of boxes in each scene, 0 to 12. The other places have none.
+    arm
+        Arm: lbr (the default, included), panda, ur5e, iiwa14, or an MJCF or URDF file.
+        EYEHAND_ROBOTS names the folder of the files. The lengths of the scenes follow its reach.
+    frame
+        Site or body that reaches. Default: attachment_site, the flange.
     place
         Surroundings of the goal: boxes, shelf, bin, or neighbours 60 mm wider apart than the arm.
     goal
@@ -111,8 +122,17 @@ def evaluate_motion(
         raise InputError(f"--boxes must be from 0 to {MAX_BOXES}, got {boxes}")
     if not 0.0 <= loop < float("inf"):
         raise InputError(f"--loop must be a finite time >= 0 s, got {loop:g}")
-    options = ReachOptions(time_limit=time_limit, goal=goal, place=place)
+    options = ReachOptions(
+        time_limit=time_limit, goal=goal, place=place, arm=choose_arm(arm, frame)
+    )
+    if place == "neighbours" and arm not in ("", INCLUDED_ARM):
+        raise InputError("--place neighbours fits the included arm only")
     methods = _selected_methods(only, baseline=baseline)
+    robot = reaching_robot(options.arm)
+    if baseline and robot.model.nq != robot.n and set(methods) & set(BASELINES):
+        raise InputError(
+            f"--arm {arm} has joints of a hand: mink needs an arm alone; give --no-baseline"
+        )
     scenes = min(scenes, QUICK_SCENES) if quick else scenes
     claim_folder(out)
     seeds = range(seed, seed + scenes)
@@ -126,13 +146,14 @@ def evaluate_motion(
     ]
     say(f"timing one cycle with {PAIRS} distance pairs")
     fewer = {"rounds": 1, "postures": QUICK_POSTURES} if quick else {}
-    cycles = cycle_rows(seed, baseline=BASELINE in methods, **fewer)
-    loops = _loop_rows(seed, loop)
+    cycles = cycle_rows(seed, baseline=BASELINE in methods, arm=options.arm, **fewer)
+    loops = _loop_rows(seed, loop, options.arm)
     write_csv(out / "scenes.csv", [record.row() for record in records])
     where = _described(options, boxes)
-    made = Provenance(f"7-joint arm, {where}, 5 ms cycles", seed, scenes, "scene")
+    named = Path(arm).stem if arm else "7-joint arm"
+    made = Provenance(f"{named}, {where}, 5 ms cycles", seed, scenes, "scene")
     write_chart(reach_chart(rows, made), out / "bench.png", [*rows, *cycles, *loops])
-    title = f"reaching, {where}: {scenes} scenes from seed {seed}"
+    title = f"{named} reaching, {where}: {scenes} scenes from seed {seed}"
     show(_reach_table(rows, title, time_limit), json_wanted=json)
     show(_cycle_table(cycles), json_wanted=json)
     if loops:
@@ -147,6 +168,7 @@ def evaluate_motion(
             boxes=boxes,
             place=place,
             goal=goal,
+            arm=arm or INCLUDED_ARM,
             longest_s=time_limit,
             machine=machine_line(),
             out=str(out),
@@ -220,12 +242,12 @@ def _cycle_times(cases: Sequence[_ReachCase], *, repeats: int) -> dict[str, NDAr
     return {method: np.concatenate(taken) for method, taken in times.items()}
 
 
-def _loop_rows(seed: int, seconds: float) -> list[dict[str, Any]]:
+def _loop_rows(seed: int, seconds: float, arm: ReachingArm) -> list[dict[str, Any]]:
     """Return the row of calls in real time; none for 0 s."""
     if not seconds:
         return []
     say(f"calling the controller at 1 kHz for {seconds:g} s")
-    return [loop_row(seed, seconds)]
+    return [loop_row(seed, seconds, arm)]
 
 
 def _reach_table(rows: Sequence[Mapping[str, Any]], title: str, time_limit: float) -> Table:

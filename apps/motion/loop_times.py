@@ -11,6 +11,7 @@ import numpy as np
 
 from eyehand.control import ControlOptions, PlannedApproach
 from eyehand.control.tasks import Position
+from eyehand.data_synth import ReachingArm
 from eyehand.data_synth.scenes import make_reaching_scene
 
 from .reach_methods import reaching_world
@@ -26,7 +27,7 @@ SCENE_S = 20.0
 """Time after which the next scene begins, s."""
 
 
-def loop_row(seed: int, seconds: float) -> dict[str, Any]:
+def loop_row(seed: int, seconds: float, arm: ReachingArm | None = None) -> dict[str, Any]:
     """Run motions in real time at 1 kHz, and return the times of the calls of `step`.
 
     Parameters
@@ -35,6 +36,8 @@ def loop_row(seed: int, seconds: float) -> dict[str, Any]:
         Seed of the first scene. Further scenes follow until the time is up.
     seconds
         Time to measure, s, without the preparation of the scenes.
+    arm
+        The arm; None for the included one.
 
     Returns
     -------
@@ -44,7 +47,7 @@ def loop_row(seed: int, seconds: float) -> dict[str, Any]:
     """
     walls, processor, searches, left = [], [], 0, seconds
     for number in count(seed):
-        taken, used, paths = _run(number, min(left, SCENE_S))
+        taken, used, paths = _run(number, min(left, SCENE_S), arm or ReachingArm())
         walls.append(taken)
         processor.append(used)
         searches += paths
@@ -64,11 +67,13 @@ def loop_row(seed: int, seconds: float) -> dict[str, Any]:
     }
 
 
-def _run(seed: int, seconds: float) -> tuple[NDArray[np.float64], NDArray[np.float64], int]:
+def _run(
+    seed: int, seconds: float, arm: ReachingArm
+) -> tuple[NDArray[np.float64], NDArray[np.float64], int]:
     """Return wall and processor time of each call, µs, and the number of searches."""
-    scene = make_reaching_scene(seed, boxes=BOXES)
+    scene = make_reaching_scene(seed, boxes=BOXES, arm=arm)
     controller = PlannedApproach(
-        reaching_world(scene.obstacles),
+        reaching_world(scene.obstacles, arm),
         (Position(scene.goal),),
         ControlOptions(dt=PERIOD_S),
         background=True,

@@ -14,10 +14,9 @@ from eyehand.control import (
     Obstacle,
     PlannedApproach,
     PlannerOptions,
-    RobotModel,
 )
 from eyehand.control.tasks import AxisAlignment, Pose, Position
-from eyehand.data_synth import LBR_ARM, TOOL_SITE
+from eyehand.data_synth import ReachingArm
 from eyehand.errors import InputError
 
 if TYPE_CHECKING:
@@ -30,6 +29,8 @@ if TYPE_CHECKING:
     from eyehand.data_synth.scenes import ReachingObstacle, ReachingScene
 
     from .reach_outcome import Goal
+
+from .arm_choice import reaching_robot
 
 DEFAULT = "default"
 """The controller with its default options."""
@@ -85,13 +86,13 @@ class ControllerMethod:
         return tuple(getattr(self._controller, "paths", ()))
 
     def __call__(self, q: NDArray[np.float64]) -> tuple[NDArray[np.float64], str]:
-        """Return the joint speeds (7,), rad/s, of a cycle and a status; see `ReachMethod`."""
+        """Return the joint speeds (n,), rad/s, of a cycle and a status; see `ReachMethod`."""
         cycle = self._controller.step(q)
         self.reason = cycle.reason or ", ".join(cycle.blocking[:3])
         return cycle.velocity, "stuck" if cycle.status == "stuck" else ""
 
     def stop(self, q: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the joint speeds (7,), rad/s, of a cycle that brakes."""
+        """Return the joint speeds (n,), rad/s, of a cycle that brakes."""
         return self._controller.stop(q).velocity
 
 
@@ -106,7 +107,7 @@ def controller_method(name: str, scene: ReachingScene, goal: Goal = "position") 
     if name not in CONTROLLERS:
         raise InputError(f"unknown method {name!r}; choose from: {', '.join(METHODS)}")
     options, planner = CONTROLLERS[name]
-    world, tasks = reaching_world(scene.obstacles), reaching_tasks(scene, goal)
+    world, tasks = reaching_world(scene.obstacles, scene.arm), reaching_tasks(scene, goal)
     if planner is None:
         return ControllerMethod(ApproachController(world, tasks, options))
     return ControllerMethod(PlannedApproach(world, tasks, options, planner))
@@ -125,9 +126,11 @@ def reaching_tasks(scene: ReachingScene, goal: Goal) -> tuple[Task, ...]:
 
 
 def reaching_world(
-    obstacles: Sequence[ReachingObstacle], options: CollisionOptions | None = None
+    obstacles: Sequence[ReachingObstacle],
+    arm: ReachingArm | None = None,
+    options: CollisionOptions | None = None,
 ) -> CollisionWorld:
-    """Return the collision world of the 7-joint arm and the boxes of a scene."""
-    robot = RobotModel.load(LBR_ARM, TOOL_SITE)
+    """Return the collision world of an arm, by default the included one, and boxes of a scene."""
+    robot = reaching_robot(arm or ReachingArm())
     boxes = [Obstacle(box.name, Box(np.array(box.size)), box.T_world_shape) for box in obstacles]
     return CollisionWorld(robot, boxes, options=options)

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import time
 from collections import deque
-from dataclasses import dataclass
-from functools import lru_cache
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal, Protocol
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from eyehand.control import RobotModel
-from eyehand.data_synth import LBR_ARM, TOOL_SITE
+from eyehand.data_synth import ReachingArm
 from eyehand.data_synth.scenes import PLACES, ArmClearance, Place
 from eyehand.errors import InputError
+
+from .arm_choice import reaching_robot
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -57,6 +57,8 @@ class ReachOptions:
     """What must be reached: the position of the tool; its axis too; or its whole pose."""
     place: Place = "boxes"
     """Surroundings of the goal."""
+    arm: ReachingArm = field(default_factory=ReachingArm)
+    """The arm."""
 
     def __post_init__(self) -> None:
         for name, value, known in (("goal", self.goal, GOALS), ("place", self.place, PLACES)):
@@ -102,7 +104,7 @@ class ReachMethod(Protocol):
     """A method that controls a reach."""
 
     def __call__(self, q: NDArray[np.float64]) -> tuple[NDArray[np.float64], str]:
-        """Take the joint angles (7,), rad, and return joint speeds (7,), rad/s, and a status.
+        """Take the joint angles (n,), rad, and return joint speeds (n,), rad/s, and a status.
 
         The status is empty while the method continues. Otherwise the run ends with this status. A
         method with a function `stop` of q brakes with it at the end. The others command zero.
@@ -135,10 +137,10 @@ def run_reach(
     Raises
     ------
     InputError
-        If the method does not return 7 finite speeds.
+        If the method does not return one finite speed per joint.
     """
     options = options or ReachOptions()
-    checker = ArmClearance(scene.obstacles)
+    checker = ArmClearance(scene.obstacles, scene.arm)
     q = scene.start.copy()
     min_clearance, contacts = checker.at(q), 0
     times: list[float] = []
@@ -149,7 +151,7 @@ def run_reach(
         start = time.perf_counter_ns()
         speed, status = method(q)
         times.append((time.perf_counter_ns() - start) * 1e-3)
-        speeds.append(_checked_speed(speed))
+        speeds.append(_checked_speed(speed, len(q)))
         q = q + options.dt * speeds[-1]
         recent.append(q)
         clearance = checker.at(q)
@@ -166,7 +168,7 @@ def run_reach(
         clearance = checker.at(q)
         min_clearance = min(min_clearance, clearance)
         contacts += clearance < 0
-    peaks = _peaks(speeds, options.dt)
+    peaks = _peaks(speeds, options.dt, scene.arm)
     return ReachOutcome(
         success=status == "reached" and contacts == 0,
         contacts=contacts,
@@ -197,35 +199,28 @@ def _is_reached(
 def _stop(
     method: ReachMethod, q: NDArray[np.float64], speed: NDArray[np.float64], dt: float
 ) -> Iterator[NDArray[np.float64]]:
-    """Yield the joint speeds (7,) of each cycle until the arm stands still."""
+    """Yield the joint speeds (n,) of each cycle until the arm stands still."""
     stop = getattr(method, "stop", None)
     if stop is None:
         yield np.zeros(len(q))
         return
     for _ in range(round(STANDSTILL_S / dt)):
-        speed = _checked_speed(stop(q))
+        speed = _checked_speed(stop(q), len(q))
         yield speed
         if not np.any(speed):
             return
         q = q + dt * speed
 
 
-@lru_cache(maxsize=1)
-def _limits() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the limits of joint acceleration and jerk (7,), (7,) of the arm."""
-    robot = RobotModel.load(LBR_ARM, TOOL_SITE)
-    return robot.acceleration, robot.jerk
-
-
-def _peaks(speeds: list[NDArray[np.float64]], dt: float) -> tuple[float, float]:
+def _peaks(speeds: list[NDArray[np.float64]], dt: float, arm: ReachingArm) -> tuple[float, float]:
     """Return peak acceleration and jerk as shares of the limits, from standstill to standstill."""
     still = np.zeros_like(speeds[0])
     accelerations = np.diff([still, *speeds, still], axis=0) / dt
     jerks = np.diff(accelerations, axis=0) / dt
-    acceleration, jerk = _limits()
+    robot = reaching_robot(arm)
     return (
-        float(np.max(np.abs(accelerations) / acceleration)),
-        float(np.max(np.abs(jerks) / jerk)),
+        float(np.max(np.abs(accelerations) / robot.acceleration)),
+        float(np.max(np.abs(jerks) / robot.jerk)),
     )
 
 
@@ -241,8 +236,8 @@ def _end_status(recent: deque[NDArray[np.float64]], cycles: int, options: ReachO
     return ""
 
 
-def _checked_speed(speed: NDArray[np.float64]) -> NDArray[np.float64]:
+def _checked_speed(speed: NDArray[np.float64], joints: int) -> NDArray[np.float64]:
     speed = np.asarray(speed, dtype=np.float64)
-    if speed.shape != (7,) or not np.isfinite(speed).all():
-        raise InputError(f"a method must return 7 finite joint speeds, got {speed}")
+    if speed.shape != (joints,) or not np.isfinite(speed).all():
+        raise InputError(f"a method must return {joints} finite joint speeds, got {speed}")
     return speed

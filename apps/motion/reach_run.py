@@ -73,7 +73,7 @@ class ReachRecord:
 def run_scene(method: str, seed: int, boxes: int, reach: ReachOptions | None = None) -> ReachRecord:
     """Make the scene of a seed and run a method in it. Equal arguments give an equal motion."""
     reach = reach or ReachOptions()
-    scene = make_reaching_scene(seed, boxes=boxes, place=reach.place)
+    scene = make_reaching_scene(seed, boxes=boxes, place=reach.place, arm=reach.arm)
     blocked = straight_path_is_blocked(scene)
     if method in BASELINES:
         options = TUNED if method == BASELINE_TUNED else None

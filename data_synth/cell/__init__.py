@@ -27,7 +27,15 @@ from .hand_description import (
 )
 from .hand_frame import find_frame
 from .pad_friction import grip_pads
-from .robot_names import ARMS, FOLDER_VARIABLE, HANDS, INCLUDED_ARM, make_robot, robot_file
+from .robot_names import (
+    ARMS,
+    FOLDER_VARIABLE,
+    HANDS,
+    INCLUDED_ARM,
+    make_robot,
+    named_file,
+    robot_file,
+)
 from .sim_robot import SimRobot
 from .spec_assembly import match_options
 from .synergy_drives import SynergyDrives
@@ -63,6 +71,7 @@ __all__ = [
     "make_clutter",
     "make_robot",
     "match_options",
+    "named_file",
     "read_description",
     "robot_file",
     "scene_options",

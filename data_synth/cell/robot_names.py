@@ -8,6 +8,7 @@ them on first use.
 from __future__ import annotations
 
 import difflib
+import math
 import os
 from dataclasses import dataclass
 from pathlib import Path
@@ -47,6 +48,10 @@ class NamedArm:
     """MJCF file of the arm with that hand; empty if there is none."""
     flange: str = "attachment_site"
     """Site that carries the hand."""
+    speed: tuple[float, ...] = ()
+    """Published speed limit of each joint, rad/s; empty for the default."""
+    acceleration: tuple[float, ...] = ()
+    """Published acceleration limit of each joint, rad/s²; empty for the default."""
 
 
 @dataclass(frozen=True)
@@ -67,9 +72,19 @@ ARMS = {
         (-0.9, -0.4, 0.0, -2.2, 0.0, 1.9, -0.785),
         hand="panda",
         whole="franka_emika_panda/panda.xml",
+        speed=(2.175, 2.175, 2.175, 2.175, 2.61, 2.61, 2.61),
+        acceleration=(15.0, 7.5, 10.0, 12.5, 15.0, 20.0, 20.0),
     ),
-    "ur5e": NamedArm("universal_robots_ur5e/ur5e.xml", (2.24, -1.9, 2.1, -1.77, -1.5708, 0.0)),
-    "iiwa14": NamedArm("kuka_iiwa_14/iiwa14.xml", (-0.9, -0.3, 0.0, -1.9, 0.0, 1.5, 0.0)),
+    "ur5e": NamedArm(
+        "universal_robots_ur5e/ur5e.xml",
+        (2.24, -1.9, 2.1, -1.77, -1.5708, 0.0),
+        speed=(math.pi,) * 6,
+    ),
+    "iiwa14": NamedArm(
+        "kuka_iiwa_14/iiwa14.xml",
+        (-0.9, -0.3, 0.0, -1.9, 0.0, 1.5, 0.0),
+        speed=tuple(map(math.radians, (85, 85, 100, 75, 130, 135, 135))),
+    ),
 }
 """Arms by name, besides the included one."""
 HANDS = {
@@ -123,6 +138,19 @@ def make_robot(
         return jaw_robot(robot_file(known.whole), None, jaws, rest=known.rest)
     file = robot_file(known.file)
     return jaw_robot(file, path, jaws, flange=known.flange, rest=known.rest, mount=place)
+
+
+def named_file(arm: str) -> Path:
+    """Return the file of an arm without a hand: of a name in :data:`ARMS`, or a path itself.
+
+    Raises
+    ------
+    InputError
+        If it is neither, or the file of a name is in none of the places.
+    """
+    if arm in ARMS:
+        return robot_file(ARMS[arm].file)
+    return _file(arm, "arm", (INCLUDED_ARM, *ARMS))
 
 
 def robot_file(name: str) -> Path:

@@ -7,7 +7,13 @@ Random objects that come to rest on a table (`make_scene`) or in and on furnitur
 """
 
 from . import furniture, staged_solids
-from .arm_clearance import ArmClearance, ReachingObstacle, arm_spec, clearance_pairs
+from .arm_clearance import (
+    ArmClearance,
+    ReachingObstacle,
+    arm_spec,
+    clearance_pairs,
+    frame_views,
+)
 from .convex_mesh import hull_mesh
 from .dataset import (
     DEPTH_FILE,
@@ -72,6 +78,7 @@ __all__ = [
     "arm_spec",
     "camera_intrinsics",
     "clearance_pairs",
+    "frame_views",
     "furniture",
     "hull_mesh",
     "look_at",

@@ -1,12 +1,15 @@
-"""Distance of the 7-joint arm to the solids around it and between its own links."""
+"""Distance of an arm to the solids around it and between its own links."""
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from ..arms import LBR_ARM, TOOL_SITE
+from eyehand.errors import InputError
+
+from ..arms import HOME_KEY, ReachingArm
 from ..mujoco_import import import_mujoco
 
 if TYPE_CHECKING:
@@ -19,7 +22,13 @@ if TYPE_CHECKING:
 HORIZON_M = 1.0
 """Distances are computed up to this value."""
 
-_JOINT_BODIES = ("link4", "link6")
+INCLUDED = ReachingArm()
+"""The included 7-joint arm."""
+OBSTACLE_GROUP = 5
+"""Group of the geoms that were added to the arm's file."""
+SELF_MARGIN_M = 0.005
+"""Two links nearer than this in the home posture are not measured: the hulls of some arms overlap
+where their housings meet."""
 
 
 class ReachingObstacle(NamedTuple):
@@ -42,29 +51,43 @@ class ArmClearance:
     file does not exclude. Geoms without collision are left out.
     """
 
-    def __init__(self, obstacles: Sequence[ReachingObstacle] = ()) -> None:
+    def __init__(
+        self, obstacles: Sequence[ReachingObstacle] = (), arm: ReachingArm = INCLUDED
+    ) -> None:
         """Build the model.
 
         Parameters
         ----------
         obstacles
             Fixed solids; only kind "box".
+        arm
+            The arm. Its joints that do not reach stay in the keyframe `home`.
+
+        Raises
+        ------
+        InputError
+            If the frame or a joint is not in the file.
         """
         self._mujoco = import_mujoco()
-        self._model = arm_spec(obstacles).compile()
-        self._data = self._mujoco.MjData(self._model)
-        self._pairs = clearance_pairs(self._model)
-        self._reach = self._model.geom_rbound[self._pairs].sum(axis=1)
-        self._tool = self._model.site(TOOL_SITE).id
-        self._joint_bodies = [self._model.body(name).id for name in _JOINT_BODIES]
+        self._model = model = arm_spec(obstacles, arm).compile()
+        self._data = self._mujoco.MjData(model)
+        self._data.qpos[:] = home_qpos(model)
+        joints = joint_ids(model, arm)
+        self._columns = model.jnt_qposadr[joints]
+        self._ranges = model.jnt_range[joints].T.copy()
+        self._second = joints[min(1, len(joints) - 1)]
+        self._later_bodies = model.jnt_bodyid[joints[(len(joints) - 1) // 2 :]]
+        self._origin, self._axes = frame_views(model, self._data, arm.frame)
+        self._pairs = clearance_pairs(model)
+        self._reach = model.geom_rbound[self._pairs].sum(axis=1)
 
     @property
     def joint_range(self) -> NDArray[np.float64]:
-        """Lower and upper limits of the joints (2, 7), rad."""
-        return self._model.jnt_range.T.copy()
+        """Lower and upper limits of the joints (2, n), rad."""
+        return self._ranges.copy()
 
     def at(self, q: NDArray[np.float64]) -> float:
-        """Return the smallest distance at joint angles `q` (7,), m, <= 1; negative in overlap.
+        """Return the smallest distance at joint angles `q` (n,), m, <= 1; negative in overlap.
 
         The depth is exact until the middle line of a link enters a box, and approximate beyond.
         """
@@ -81,32 +104,46 @@ class ArmClearance:
         return float(smallest)
 
     def tool(self, q: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the tool's position at joint angles `q` (7,): (3,), world, m."""
+        """Return the tool's position at joint angles `q` (n,): (3,), world, m."""
         self._move(q)
-        return self._data.site_xpos[self._tool].copy()
+        return self._origin.copy()
 
     def tool_axes(self, q: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the tool's rotation matrix at joint angles `q` (7,): (3, 3), tool to world."""
+        """Return the tool's rotation matrix at joint angles `q` (n,): (3, 3), tool to world."""
         self._move(q)
-        return self._data.site_xmat[self._tool].reshape(3, 3).copy()
+        return self._axes.reshape(3, 3).copy()
 
     def lowest_joint(self, q: NDArray[np.float64]) -> float:
-        """Return the smallest height of elbow, wrist and tool at joint angles `q` (7,), m."""
+        """Return the smallest height of elbow, wrist and tool at joint angles `q` (n,), m.
+
+        The joints from the middle of the chain on count.
+        """
         tool = self.tool(q)
-        return float(min(tool[2], *self._data.xpos[self._joint_bodies, 2]))
+        return float(min(tool[2], *self._data.xpos[self._later_bodies, 2]))
+
+    def reach(self, draws: int = 500) -> float:
+        """Return the largest distance of the tool from the second joint in random postures, m."""
+        rng = np.random.default_rng(0)
+        anchor = self._model.jnt_bodyid[self._second]
+        far = 0.0
+        for q in rng.uniform(*self._ranges, size=(draws, len(self._columns))):
+            far = max(far, float(np.linalg.norm(self.tool(q) - self._data.xpos[anchor])))
+        return far
 
     def _move(self, q: NDArray[np.float64]) -> None:
-        self._data.qpos[:] = q
+        self._data.qpos[self._columns] = q
         self._mujoco.mj_kinematics(self._model, self._data)
 
 
-def arm_spec(obstacles: Sequence[ReachingObstacle] = ()) -> Any:
-    """Describe the arm with fixed solids around it.
+def arm_spec(obstacles: Sequence[ReachingObstacle] = (), arm: ReachingArm = INCLUDED) -> Any:
+    """Describe the arm with fixed solids around it, without visual meshes.
 
     Parameters
     ----------
     obstacles
         Fixed solids; only kind "box". Each becomes a body and a geom of its name.
+    arm
+        The arm.
 
     Returns
     -------
@@ -119,7 +156,9 @@ def arm_spec(obstacles: Sequence[ReachingObstacle] = ()) -> Any:
         If MuJoCo cannot be loaded.
     """
     mujoco = import_mujoco()
-    spec = mujoco.MjSpec.from_file(str(LBR_ARM))
+    spec = mujoco.MjSpec.from_file(str(arm.file))
+    spec.compiler.fusestatic = False
+    _remove_visual_meshes(spec)
     for item in obstacles:
         body = spec.worldbody.add_body(name=item.name)
         body.pos = item.T_world_shape.translation
@@ -128,18 +167,73 @@ def arm_spec(obstacles: Sequence[ReachingObstacle] = ()) -> Any:
             name=item.name,
             type=mujoco.mjtGeom.mjGEOM_BOX,
             size=item.size,
+            group=OBSTACLE_GROUP,
             rgba=[0.62, 0.67, 0.73, 1.0],
         )
     return spec
+
+
+def _remove_visual_meshes(spec: Any) -> None:
+    """Remove meshes that do not collide, because they take most of the time to compile."""
+    for geom in list(spec.geoms):
+        if geom.meshname and not (geom.contype or geom.conaffinity):
+            spec.delete(geom)
+    used = {geom.meshname for geom in spec.geoms}
+    for mesh in list(spec.meshes):
+        if (mesh.name or Path(mesh.file).stem) not in used:
+            spec.delete(mesh)
+
+
+def joint_ids(model: Any, arm: ReachingArm) -> NDArray[np.intp]:
+    """Return the joints (n,) of a model that reach.
+
+    Raises
+    ------
+    InputError
+        If a joint of the arm is not in the model.
+    """
+    known = {model.joint(joint).name: joint for joint in range(model.njnt)}
+    for name in arm.joints:
+        if name not in known:
+            raise InputError(f"{arm.file}: unknown joint {name!r}; there are: {', '.join(known)}")
+    return np.array([known[name] for name in arm.joints or known], dtype=np.intp)
+
+
+def home_qpos(model: Any) -> NDArray[np.float64]:
+    """Return the positions (nq,) of the keyframe `home`, else the middles of the joint ranges."""
+    for key in range(model.nkey):
+        if model.key(key).name == HOME_KEY:
+            return model.key_qpos[key].copy()
+    posture = model.qpos0.copy()
+    for joint in np.flatnonzero(model.jnt_limited):
+        posture[model.jnt_qposadr[joint]] = model.jnt_range[joint].mean()
+    return posture
+
+
+def frame_views(
+    model: Any, data: Any, name: str
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return views of origin (3,) and axes (9,) of a site or body."""
+    sites = [model.site(site).name for site in range(model.nsite)]
+    bodies = [model.body(body).name for body in range(model.nbody)]
+    if name in sites:
+        return data.site_xpos[sites.index(name)], data.site_xmat[sites.index(name)]
+    if name in bodies:
+        return data.xpos[bodies.index(name)], data.xmat[bodies.index(name)]
+    raise InputError(f"unknown frame {name!r}; sites: {sites}; bodies: {bodies}")
 
 
 def clearance_pairs(model: Any) -> NDArray[np.intp]:
     """List the pairs of geoms of a model that may touch: (P, 2) numbers, the lower one first.
 
     The list leaves out geoms without collision, pairs without relative motion, neighbours that
-    share a joint, and pairs that the model excludes.
+    share a joint, pairs that the model excludes, and links nearer than SELF_MARGIN_M at home.
     """
-    solid = np.flatnonzero(model.geom_contype | model.geom_conaffinity)
+    mujoco = import_mujoco()
+    data = mujoco.MjData(model)
+    data.qpos[:] = home_qpos(model)
+    mujoco.mj_kinematics(model, data)
+    solid = np.flatnonzero(model.geom_contype | model.geom_conaffinity).tolist()
     excluded = {(int(sign) >> 16, int(sign) & 0xFFFF) for sign in model.exclude_signature}
     pairs = []
     for index, one in enumerate(solid):
@@ -151,6 +245,10 @@ def clearance_pairs(model: Any) -> NDArray[np.intp]:
                 int(model.body_parentid[welds[1]]) == welds[0]
                 or int(model.body_parentid[welds[0]]) == welds[1]
             )
-            if welds[0] != welds[1] and not neighbours and tuple(bodies) not in excluded:
+            if welds[0] == welds[1] or neighbours or tuple(bodies) in excluded:
+                continue
+            added = OBSTACLE_GROUP in (model.geom_group[one], model.geom_group[other])
+            apart = mujoco.mj_geomDistance(model, data, one, other, SELF_MARGIN_M, None)
+            if added or apart >= SELF_MARGIN_M:
                 pairs.append((one, other))
     return np.array(pairs, dtype=np.intp).reshape(-1, 2)

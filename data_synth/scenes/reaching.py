@@ -1,16 +1,18 @@
-"""Cluttered reaching scenes: a 7-joint arm between boxes, its start and its goal."""
+"""Cluttered reaching scenes: an arm between boxes, its start and its goal."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from functools import lru_cache
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.errors import InputError
 
-from .arm_clearance import ArmClearance, ReachingObstacle
+from ..arms import ReachingArm
+from .arm_clearance import INCLUDED, ArmClearance, ReachingObstacle
 from .tight_places import PLACES, Place, furniture, suits
 
 if TYPE_CHECKING:
@@ -19,6 +21,7 @@ if TYPE_CHECKING:
 MAX_BOXES = 12
 """Maximum number of boxes. With more, few postures are free of contact."""
 
+# Lengths are those for the included arm. For another arm they grow with its reach.
 HALF_EXTENT_M = (0.05, 0.20)
 """Range of a box's half extents."""
 SHELL_RADIUS_M = (0.30, 0.75)
@@ -51,6 +54,8 @@ _TRIES = 600
 """Boxes drawn for one start and goal before both are drawn again."""
 _ROUTES = 50
 """Starts and goals drawn before the function gives up."""
+_POSTURES = 20_000
+"""Postures drawn before the function gives up."""
 _TIGHT_ROUTES = 20_000
 """The same for furniture around the goal, where most draws of the goal do not suit."""
 
@@ -72,9 +77,23 @@ class ReachingScene:
     goal can be reached; methods under test must not use them."""
     goal_axes: NDArray[np.float64]
     """Rotation of the tool at the goal (3, 3), tool to world, for goals with an orientation."""
+    arm: ReachingArm = INCLUDED
+    """The arm."""
 
 
-def make_reaching_scene(seed: int, *, boxes: int = 5, place: Place = "boxes") -> ReachingScene:
+class _Surroundings(NamedTuple):
+    """What the random boxes and postures of an arm depend on."""
+
+    arm: ReachingArm
+    alone: ArmClearance
+    """The arm without obstacles."""
+    scale: float
+    """Reach of the arm, relative to the included one."""
+
+
+def make_reaching_scene(
+    seed: int, *, boxes: int = 5, place: Place = "boxes", arm: ReachingArm = INCLUDED
+) -> ReachingScene:
     """Draw a scene whose goal is the tool's position in a posture without contact.
 
     A path from the start to such a posture may not exist, because boxes may block all paths.
@@ -86,12 +105,14 @@ def make_reaching_scene(seed: int, *, boxes: int = 5, place: Place = "boxes") ->
     boxes
         Number of boxes, 0 to 12. Other places than boxes have none.
     place
-        Surroundings of the goal.
+        Surroundings of the goal. Neighbours fit the last link of the included arm only.
+    arm
+        The arm. The lengths of a scene follow its reach.
 
     Returns
     -------
     ReachingScene
-        The scene, for the arm of `LBR_ARM`.
+        The scene.
 
     Raises
     ------
@@ -106,21 +127,25 @@ def make_reaching_scene(seed: int, *, boxes: int = 5, place: Place = "boxes") ->
         raise InputError(f"boxes must be a whole number from 0 to {MAX_BOXES}, got {boxes}")
     if place not in PLACES:
         raise InputError(f"the place must be one of {', '.join(PLACES)}, got {place!r}")
+    if place == "neighbours" and arm != INCLUDED:
+        raise InputError("the place neighbours fits the included arm only")
     rng = np.random.default_rng(seed)
-    alone = ArmClearance()
+    around = _surroundings(arm)
+    alone = around.alone
     for _ in range(_ROUTES if place == "boxes" else _TIGHT_ROUTES):
-        witness = _free_posture(rng, alone)
+        witness = _free_posture(rng, around)
         axes = alone.tool_axes(witness)
         if not suits(place, axes[:, 2]):
             continue
         goal = alone.tool(witness)
-        start = _free_posture(rng, alone, away_from=goal)
+        start = _free_posture(rng, around, away_from=goal)
         if place == "boxes":
-            obstacles = _clutter(rng, boxes, start, witness)
+            obstacles = _clutter(rng, boxes, start, witness, around)
         else:
-            obstacles = _enclosed(furniture(place, goal, axes[:, 2], rng), start, witness)
+            solids = furniture(place, goal, axes[:, 2], rng)
+            obstacles = _enclosed(solids, start, witness, around)
         if obstacles is not None:
-            return ReachingScene(seed, start, goal, obstacles, witness, axes)
+            return ReachingScene(seed, start, goal, obstacles, witness, axes, arm)
     raise InputError(
         f"found no positions without contact for {boxes} boxes ({place}); use fewer boxes"
     )
@@ -128,7 +153,7 @@ def make_reaching_scene(seed: int, *, boxes: int = 5, place: Place = "boxes") ->
 
 def straight_path_is_blocked(scene: ReachingScene) -> bool:
     """Return whether the tool's straight path to the goal crosses a box."""
-    first = ArmClearance(scene.obstacles).tool(scene.start)
+    first = ArmClearance(scene.obstacles, scene.arm).tool(scene.start)
     return any(_crosses(first, scene.goal, item) for item in scene.obstacles)
 
 
@@ -136,11 +161,12 @@ def _enclosed(
     solids: tuple[ReachingObstacle, ...],
     start: NDArray[np.float64],
     witness: NDArray[np.float64],
+    around: _Surroundings,
 ) -> tuple[ReachingObstacle, ...] | None:
     """Return the solids if start and goal keep clear of them and the arm's base does."""
-    if any(map(_overlaps_column, solids)):
+    if any(_overlaps_column(solid, around.scale) for solid in solids):
         return None
-    clearance = ArmClearance(solids)
+    clearance = ArmClearance(solids, around.arm)
     free = min(clearance.at(start), clearance.at(witness)) >= MIN_CLEARANCE_M
     return solids if free else None
 
@@ -150,40 +176,42 @@ def _clutter(
     boxes: int,
     start: NDArray[np.float64],
     witness: NDArray[np.float64],
+    around: _Surroundings,
 ) -> tuple[ReachingObstacle, ...] | None:
-    alone = ArmClearance()
-    path = np.array([alone.tool(start), alone.tool(witness)])
+    path = np.array([around.alone.tool(start), around.alone.tool(witness)])
     placed: list[ReachingObstacle] = []
     for _ in range(_TRIES):
         if len(placed) == boxes:
             return tuple(placed)
-        box = _box(rng, f"box_{len(placed) + 1}", path)
-        if _overlaps_column(box):
+        box = _box(rng, f"box_{len(placed) + 1}", path, around.scale)
+        if _overlaps_column(box, around.scale):
             continue
-        clearance = ArmClearance([box])
+        clearance = ArmClearance([box], around.arm)
         if min(clearance.at(start), clearance.at(witness)) >= MIN_CLEARANCE_M:
             placed.append(box)
     return None
 
 
-def _box(rng: np.random.Generator, name: str, path: NDArray[np.float64]) -> ReachingObstacle:
-    low, high, tall = rng.uniform(*HALF_EXTENT_M, size=3)
+def _box(
+    rng: np.random.Generator, name: str, path: NDArray[np.float64], scale: float
+) -> ReachingObstacle:
+    low, high, tall = scale * rng.uniform(*HALF_EXTENT_M, size=3)
     azimuth, lean_azimuth, yaw = rng.uniform(-np.pi, np.pi, size=3)
     lean = rng.uniform(0.0, MAX_TILT)
     axis = np.array([np.cos(lean_azimuth), np.sin(lean_azimuth), 0.0])
     turn = Rotation.from_rotvec(lean * axis) * Rotation.from_rotvec([0.0, 0.0, yaw])
-    radius, height = rng.uniform(*SHELL_RADIUS_M), rng.uniform(*SHELL_HEIGHT_M)
+    radius, height = scale * rng.uniform(*SHELL_RADIUS_M), scale * rng.uniform(*SHELL_HEIGHT_M)
     if rng.random() < SHARE_NEAR_PATH:
         share = rng.uniform(*PATH_RANGE)
-        centre = path[0] + share * (path[1] - path[0]) + rng.normal(0.0, SPREAD_M, size=3)
+        centre = path[0] + share * (path[1] - path[0]) + scale * rng.normal(0.0, SPREAD_M, size=3)
     else:
         centre = np.array([radius * np.cos(azimuth), radius * np.sin(azimuth), height])
     pose = RigidTransform.from_components(centre, turn)
     return ReachingObstacle(name, "box", (float(low), float(high), float(tall)), pose)
 
 
-def _overlaps_column(box: ReachingObstacle) -> bool:
-    radius, height = COLUMN_M
+def _overlaps_column(box: ReachingObstacle, scale: float) -> bool:
+    radius, height = scale * COLUMN_M[0], scale * COLUMN_M[1]
     axis = np.zeros((24, 3))
     axis[:, 2] = np.linspace(0.0, height, len(axis))
     inside = np.abs(box.T_world_shape.inv().apply(axis)) - box.size
@@ -192,20 +220,31 @@ def _overlaps_column(box: ReachingObstacle) -> bool:
 
 def _free_posture(
     rng: np.random.Generator,
-    clearance: ArmClearance,
+    around: _Surroundings,
     away_from: NDArray[np.float64] | None = None,
 ) -> NDArray[np.float64]:
-    while True:
+    clearance, scale = around.alone, around.scale
+    for _ in range(_POSTURES):
         posture = rng.uniform(*(JOINT_RANGE_SHARE * clearance.joint_range))
         far = away_from is None or bool(
-            np.linalg.norm(clearance.tool(posture) - away_from) >= MIN_TRAVEL_M
+            np.linalg.norm(clearance.tool(posture) - away_from) >= scale * MIN_TRAVEL_M
         )
         if (
             far
-            and clearance.lowest_joint(posture) >= MIN_HEIGHT_M
+            and clearance.lowest_joint(posture) >= scale * MIN_HEIGHT_M
             and clearance.at(posture) >= MIN_CLEARANCE_M
         ):
             return posture
+    raise InputError(
+        f"{around.arm.file}: found no posture without contact among {_POSTURES}; the shapes of its "
+        "links may overlap in most postures"
+    )
+
+
+@lru_cache(maxsize=4)
+def _surroundings(arm: ReachingArm) -> _Surroundings:
+    alone = ArmClearance((), arm)
+    return _Surroundings(arm, alone, alone.reach() / ArmClearance().reach())
 
 
 def _crosses(first: NDArray[np.float64], last: NDArray[np.float64], box: ReachingObstacle) -> bool:

@@ -1,0 +1,70 @@
+"""The arm of reaching scenes, by name or by file, and its control model."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+
+from eyehand.control import RobotModel
+from eyehand.data_synth import ReachingArm
+from eyehand.data_synth.cell import ARMS, INCLUDED_ARM, named_file
+from eyehand.errors import InputError
+
+FLANGE = "attachment_site"
+"""Site that carries the tool in files of the MuJoCo Menagerie."""
+
+
+def choose_arm(arm: str = "", frame: str = "") -> ReachingArm:
+    """Return the arm of a name or a file.
+
+    Parameters
+    ----------
+    arm
+        A name of :data:`ARMS`, or an MJCF or URDF file; empty for the included arm.
+    frame
+        Site or body that reaches; empty for the flange of a named arm.
+
+    Raises
+    ------
+    InputError
+        If the name is unknown, the file cannot be read, or it has no such frame.
+    """
+    included = ReachingArm()
+    if arm in ("", INCLUDED_ARM):
+        chosen = included
+    elif arm in ARMS:
+        known = ARMS[arm]
+        chosen = ReachingArm(
+            named_file(arm), known.flange, speed=known.speed, acceleration=known.acceleration
+        )
+    else:
+        chosen = ReachingArm(named_file(arm).resolve(), FLANGE)
+    if frame:
+        chosen = replace(chosen, frame=frame)
+    if chosen == included:
+        return included
+    return replace(chosen, joints=reaching_robot(chosen).joint_names)
+
+
+@lru_cache(maxsize=2)
+def reaching_robot(arm: ReachingArm) -> RobotModel:
+    """Return the control model of an arm. Controllers of one process may share it."""
+
+    def given(limits: tuple[float, ...]) -> np.ndarray | None:
+        return np.array(limits) if limits else None
+
+    robot = RobotModel.load(
+        arm.file,
+        arm.frame,
+        joints=arm.joints or None,
+        speed=given(arm.speed),
+        acceleration=given(arm.acceleration),
+    )
+    if not np.all(np.isfinite([robot.lower, robot.upper])):
+        raise InputError(
+            f"{arm.file}: random postures need a range of every joint, but at least one of "
+            f"{', '.join(robot.joint_names)} has none"
+        )
+    return robot
