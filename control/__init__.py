@@ -7,7 +7,7 @@ from .approach import ApproachController
 from .collision_options import CollisionOptions, CoverOptions
 from .collision_world import CollisionWorld
 from .control_step import ControlStep
-from .joint_path import JointPath
+from .joint_path import JointPath, resample_path
 from .link_volumes import LinkVolumes
 from .motion_steps import nominal_motion
 from .options import ControlOptions, Relaxation
@@ -50,6 +50,7 @@ __all__ = [
     "nominal_motion",
     "plan",
     "repulsion_gradient",
+    "resample_path",
     "safe_motion",
     "solve_stack",
     "visual_gaps",

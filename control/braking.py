@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .braking_kernels import Brake, advance_of, joint_bounds
-from .distance_bounds import is_moving, limit_approach
-from .packed_options import DT, pack_options
+from .braking_kernels import Brake, advance_of, brake_cycles, braked_posture, joint_bounds
+from .distance_bounds import limit_approach
+from .packed_options import DAMPER, DT, MARGIN, pack_options
 from .safety_kernels import SafetyRows, min_distance_rate
+from .way_kernels import way_postures
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -29,8 +30,9 @@ class Braking:
     """(2, n): velocity of the last command, rad/s, and its acceleration, rad/s²."""
     command: NDArray[np.float64]
     """Velocity (n,) that the brake commands now, rad/s."""
-    at_stop: Proximity | None
-    """Distances at standstill; None if the arm stands still."""
+    on_way: tuple[tuple[float, Proximity], ...]
+    """Times on the way to standstill, s, and the distances then. The last time is infinite, for
+    standstill. Empty if the arm does not move."""
 
 
 def brake_from(
@@ -38,8 +40,16 @@ def brake_from(
 ) -> Braking:
     """Return how the arm can brake in a state after its last command, ``motion`` (2, n)."""
     _, _, brake = _joint_bounds(state, motion, state.limits(), pack_options(options), True)
-    moving = is_moving(np.asarray(state.q, dtype=np.float64), brake.stop)
-    return Braking(motion, brake.command, world.proximity(brake.stop) if moving else None)
+    q = np.asarray(state.q, dtype=np.float64)
+    count, limits = way_postures(q, brake.stop), state.limits()
+    cycles = brake_cycles(brake.command, limits, options.dt)
+    way, posture = [], np.empty_like(q)
+    for after in [cycles * step // count for step in range(1, count)]:
+        braked_posture(q, motion, limits, options.dt, after, posture)
+        way.append((options.dt * after, world.proximity(posture)))
+    if count:
+        way.append((np.inf, world.proximity(brake.stop)))
+    return Braking(motion, brake.command, tuple(way))
 
 
 def command_rows(
@@ -68,28 +78,31 @@ def command_rows(
     packed = pack_options(options)
     low, high, brake = _joint_bounds(state, motion, limits, packed, recover)
     advance_of(np.asarray(nominal, dtype=np.float64), low, high, q, motion, limits, packed, brake)
-    at_stop = proximity
-    rows, rates = np.zeros((0, len(q))), np.zeros(0)
-    if braking is not None and braking.at_stop is not None:
-        at_stop, rows = braking.at_stop, proximity.rows
-        rates = _rates(proximity, limits, packed, True)
+    on_way = ((np.inf, proximity),)
+    rows, rates = [], []
+    if braking is not None and braking.on_way:
+        on_way, now = braking.on_way, proximity.rows
+        rates_now = _rates(proximity, limits, packed, True)
         if not recover:
-            rates = np.minimum(rates, rows @ brake.command)
-    rows_at_stop = at_stop.rows * (brake.advance / packed[DT])
-    rates_at_stop = _rates(at_stop, limits, packed, recover) + rows_at_stop @ brake.command
-    return SafetyRows(
-        low,
-        high,
-        np.concatenate([rows, rows_at_stop]),
-        np.concatenate([rates, rates_at_stop]),
-    )
+            rates_now = np.minimum(rates_now, now @ brake.command)
+        towards_plane = now * (brake.advance / packed[DT])
+        left = proximity.distance - packed[MARGIN] + now @ (brake.stop - q)
+        damping = packed[DAMPER] / packed[DT]
+        rates_plane = towards_plane @ brake.command - damping * np.maximum(left, 0.0)
+        rows, rates = [now, towards_plane], [rates_now, rates_plane]
+    for time, there in on_way:
+        rows_there = there.rows * (np.minimum(brake.advance, time) / packed[DT])
+        rows.append(rows_there)
+        rates.append(_rates(there, limits, packed, recover) + rows_there @ brake.command)
+    return SafetyRows(low, high, np.concatenate(rows), np.concatenate(rates))
 
 
 def bounding_pairs(proximity: Proximity, braking: Braking | None) -> tuple[tuple[str, str], ...]:
     """Return the pair of each row of :func:`command_rows`."""
-    if braking is None or braking.at_stop is None:
+    if braking is None or not braking.on_way:
         return proximity.names
-    return (*proximity.names, *braking.at_stop.names)
+    way = [pair for _, there in braking.on_way for pair in there.names]
+    return (*proximity.names, *proximity.names, *way)
 
 
 def _rates(

@@ -97,6 +97,28 @@ def brake_command(motion, limits, dt):
 
 
 @njit(cache=True)
+def brake_cycles(command, limits, dt):
+    """Return about how many cycles the brake takes from its first command (n,) on."""
+    longest = 0.0
+    for joint in range(len(limits)):
+        longest = max(longest, abs(command[joint]) / (limits[joint, ACCELERATION] * dt))
+    return 1 + math.ceil(longest)
+
+
+@njit(cache=True)
+def braked_posture(q, motion, limits, dt, cycles, posture):
+    """Fill the posture (n,) after some cycles of the brake from the last command on."""
+    for joint in range(len(limits)):
+        v, a = motion[0, joint], motion[1, joint]
+        limit, change = limits[joint, ACCELERATION], limits[joint, JERK] * dt
+        posture[joint] = q[joint]
+        for _ in range(cycles):
+            a = brake(v, a, limit, change, dt)
+            v += dt * a
+            posture[joint] += dt * v
+
+
+@njit(cache=True)
 def braking_distance(velocity, acceleration, limit, change, dt):
     """Simulate the brake after a command; return the displacements at its end, lowest and highest.
 

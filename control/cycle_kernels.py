@@ -15,19 +15,18 @@ from numba import njit
 
 from .braking_kernels import Brake, advance_of, joint_bounds
 from .distance_bounds import (
+    BrakingCase,
     Chain,
     DistanceBounds,
     bounds_at_stop,
     bounds_now,
     distance_rows,
-    is_moving,
     limit_approach,
-    relevant_distance,
 )
 from .kinematics_kernels import point_jacobian, set_posture
 from .packed_options import CENTRING, DT, FRAME_SPEED, SAFETY
 from .proximity_kernels import NEAR_COLUMNS, measure_near, update_held_geoms
-from .proximity_tables import World, nearer
+from .proximity_tables import World
 from .qp_kernels import solve_qp
 from .relaxation import relax
 from .repulsion import limit_gradient, repel
@@ -36,6 +35,7 @@ from .stack_kernels import Levels, solve_levels
 from .tasks.joint_centring import centring_slope
 from .tasks.kernel_task import TASK_ROWS, Frame, Output
 from .tasks.registry import MISFIT, evaluate_task
+from .way_kernels import Arm, add_way_bounds, way_postures
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -47,19 +47,6 @@ RECOVERIES = (0.5, 0.2, 0.0)
 CENTRING_POWER = 4.0
 """Power p of the cost that keeps joints near the middle of their ranges (eq. 5), even. A higher
 power acts less near the middle, and more near the limits."""
-
-
-class Arm(NamedTuple):
-    """A robot among obstacles: views of MuJoCo's buffers and fields of `ProximityTables`."""
-
-    world: World
-    chain: Chain
-    qpos: NDArray[np.float64]
-    held: NDArray[np.float64]
-    body_positions: NDArray[np.float64]
-    body_axes: NDArray[np.float64]
-    spheres: NDArray[np.float64]
-    covers: NDArray[np.int64]
 
 
 class Distances(NamedTuple):
@@ -199,10 +186,9 @@ def _commanded(arm, frame, motion, stack, levels, distances, block, active):
     -------
     Number of active bounds, or UNSETTLED.
     """
-    world, chain, qpos, held, body_positions, body_axes, spheres, covers = arm
     near, rows, drifts = distances
     q, limits, options = frame.q, frame.limits, stack.options
-    n, pairs = len(q), chain.pairs
+    n, pairs = len(q), arm.chain.pairs
     nominal, velocity = block[0], block[5]
     braking = Brake(block[1], block[2], block[3])
     ends = np.empty((2, n))
@@ -212,26 +198,19 @@ def _commanded(arm, frame, motion, stack, levels, distances, block, active):
         towards(braking.command, nominal, low, high, velocity)
         return 0
     advance_of(nominal, low, high, q, motion, limits, options, braking)
-    size = 2 * len(near) + len(pairs)
+    count = way_postures(q, braking.stop)
+    size = 3 * len(near) + max(count, 1) * len(pairs)
     bounds = DistanceBounds(
         np.empty((size, n)), np.empty(size), np.empty(size), np.empty(size, np.int64)
     )
     used = 0
+    case = BrakingCase(q, motion, limits, low, high, braking, options)
     approached = limit_approach(near[:, 1], rows, drifts, limits, options)
-    if is_moving(q, braking.stop):
-        used = bounds_now(near, rows, drifts, low, high, braking, options, bounds, used)
-        cut = world.cut_off
-        if not approached:
-            joints = chain.joints
-            cut = min(cut, relevant_distance(frame.jacobian, joints, low, high, braking, options))
-        world = nearer(world, cut)
-        set_posture(world.model, world.data, braking.stop, qpos, chain.joints[:, 0])
-        update_held_geoms(held, body_positions, body_axes, world.positions, world.matrices)
-        near = np.empty((len(pairs), NEAR_COLUMNS))
-        near = near[: measure_near(near, world, pairs, covers, spheres)]
-        distance_rows(near, chain, rows, drifts)
-        limit_approach(near[:, 1], rows, drifts, limits, options)
-    used = bounds_at_stop(near, rows, drifts, low, high, braking, options, bounds, used)
+    if count > 0:
+        used = bounds_now(near, rows, drifts, case, bounds, used)
+        used = add_way_bounds(arm, near, case, approached, count, bounds, used)
+    else:
+        used = bounds_at_stop(near, rows, drifts, np.inf, case, bounds, used)
     bounds = DistanceBounds(
         bounds.rows[:used], bounds.min_rates[:used], bounds.least_rates[:used], bounds.pairs[:used]
     )

@@ -5,7 +5,8 @@ at least the margin. Each cycle measures the distances at the standstill of the 
 how far the command may move this standstill towards an obstacle. The brake's own command moves it
 nowhere, so it satisfies every bound (see :mod:`braking_kernels` for joint limits). The distances in
 the present posture are bounded too, because the way to standstill is curved: without these bounds,
-reaches beside boxes cut corners by up to 0.3 mm.
+reaches beside boxes cut corners by up to 0.3 mm. Where the way is long, postures on it are measured
+as well: an arm at 2 rad/s needs 0.3 rad to brake, and may end clear beyond an edge that it touches.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numba import njit
 
-from .braking_kernels import ACCELERATION
+from .braking_kernels import ACCELERATION, Brake
 from .packed_options import DAMPER, DT, MARGIN
 from .proximity_kernels import distance_row
 from .safety_kernels import SLACK, min_distance_rate
@@ -23,8 +24,6 @@ from .safety_kernels import SLACK, min_distance_rate
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-BEYOND_FRAME = 0.2
-"""Distance up to which the hand and a held object extend beyond the controlled frame, m."""
 APPROACHING = 0.01
 """Minimum speed of an obstacle towards the arm that counts as an approach, m/s."""
 EVASION_SHARE = 0.5
@@ -33,9 +32,6 @@ bounds, and obstacles that turn."""
 MIN_EVASION = 1.5
 """Minimum acceleration away from an obstacle that is counted on, m/s². Near the base the arm has
 less. It then reports an approach at 0.5 m/s from 80 mm on."""
-MOVING = 1e-9
-"""Minimum distance between the present posture and standstill, rad or m. Below it both count as
-one posture."""
 
 
 class Chain(NamedTuple):
@@ -47,6 +43,25 @@ class Chain(NamedTuple):
     joints: NDArray[np.int64]
     moves: NDArray[np.bool_]
     twists: NDArray[np.float64]
+
+
+class BrakingCase(NamedTuple):
+    """A posture, the last command in it, and how the arm can brake."""
+
+    q: NDArray[np.float64]
+    """(n,)."""
+    motion: NDArray[np.float64]
+    """(2, n): velocity of the last command, and its acceleration."""
+    limits: NDArray[np.float64]
+    """(n, 5), see :mod:`braking_kernels`."""
+    low: NDArray[np.float64]
+    """Smallest velocity (n,) that the joint bounds allow."""
+    high: NDArray[np.float64]
+    """Largest one (n,)."""
+    braking: Brake
+    """The brake after the last command."""
+    options: NDArray[np.float64]
+    """See :mod:`packed_options`."""
 
 
 class DistanceBounds(NamedTuple):
@@ -99,41 +114,28 @@ def limit_approach(distance, rows, drifts, limits, options):
 
 
 @njit(cache=True)
-def is_moving(q, stop):
-    """Return whether the arm moves: its standstill differs from its posture."""
-    farthest = 0.0
-    for joint in range(len(q)):
-        farthest = max(farthest, abs(stop[joint] - q[joint]))
-    return farthest > MOVING
-
-
-@njit(cache=True)
-def relevant_distance(jacobian, joints, low, high, braking, options):
-    """Return the distance at standstill beyond which no pair bounds the command, m.
-
-    Within the joint bounds (n,), a command moves the standstill of the hand by at most the sum over
-    the joints. ``jacobian`` (6, n) is that of the controlled frame.
-    """
-    change = 0.0
-    for joint in range(len(low)):
-        lever = 0.0
-        for axis in range(3):
-            lever += jacobian[axis, joint] ** 2
-        reach = np.sqrt(lever) + (BEYOND_FRAME if joints[joint, 2] == 1 else 0.0)
-        b = braking.command[joint]
-        farther = max(high[joint] - b, b - low[joint])
-        change += reach * braking.advance[joint] * farther
-    return options[MARGIN] + change / options[DAMPER]
-
-
-@njit(cache=True)
-def bounds_now(near, rows, drifts, low, high, braking, options, bounds, used):
+def bounds_now(near, rows, drifts, case, bounds, used):
     """Add the bounds by the distances in this posture; return the number of rows in use.
 
     The rate is that of the velocity damper. Where the arm cannot keep it, the rate of the brake is
-    sufficient.
+    sufficient. A second bound keeps the standstill on this side of the plane through the margin
+    that is normal to the distance now: a fast arm could otherwise stop clear of an obstacle beyond
+    its corner, after it has touched the corner on the way.
     """
+    q, low, high, braking, options = case.q, case.low, case.high, case.braking, case.options
+    damping = options[DAMPER] / options[DT]
     for row in range(len(near)):
+        left, braked = near[row, 1] - options[MARGIN], 0.0
+        for joint in range(len(low)):
+            left += rows[row, joint] * (braking.stop[joint] - q[joint])
+            scaled = rows[row, joint] * braking.advance[joint] / options[DT]
+            bounds.rows[used, joint] = scaled
+            braked += scaled * braking.command[joint]
+        rate = braked - damping * max(left, 0.0)
+        if _can_break(bounds.rows[used], rate, low, high):
+            bounds.min_rates[used] = bounds.least_rates[used] = rate
+            bounds.pairs[used] = int(near[row, 0])
+            used += 1
         braked = 0.0
         for joint in range(len(low)):
             braked += rows[row, joint] * braking.command[joint]
@@ -148,17 +150,19 @@ def bounds_now(near, rows, drifts, low, high, braking, options, bounds, used):
 
 
 @njit(cache=True)
-def bounds_at_stop(near, rows, drifts, low, high, braking, options, bounds, used):
-    """Add the bounds by the distances at standstill; return the number of rows in use.
+def bounds_at_stop(near, rows, drifts, until, case, bounds, used):
+    """Add the bounds by the distances on the way to standstill; return the number of rows in use.
 
     The command v' moves the standstill of joint j by advance_j (v'_j - b_j), with the brake's
-    command b. So a distance d changes by row · (advance (v' - b)). One cycle may use up a fraction
-    of what is left to the margin.
+    command b, and a posture on the way by the time until then. So a distance d changes by
+    row · (advance (v' - b)). One cycle may use up a fraction of what is left to the margin.
+    ``until`` is the time after which the arm is there, infinite for standstill, s.
     """
+    low, high, braking, options = case.low, case.high, case.braking, case.options
     for row in range(len(near)):
         braked = 0.0
         for joint in range(len(low)):
-            scaled = rows[row, joint] * braking.advance[joint] / options[DT]
+            scaled = rows[row, joint] * min(braking.advance[joint], until) / options[DT]
             bounds.rows[used, joint] = scaled
             braked += scaled * braking.command[joint]
         rate = braked + min_distance_rate(near[row, 1], drifts[row], options, True)

@@ -69,8 +69,8 @@ def safe_motion(
     """
     stop = np.zeros(len(state.q)) if braking is None else braking.command
     invalid = _not_finite(nominal, task_rows, proximity, state)
-    if braking is not None and braking.at_stop is not None:
-        invalid += _not_finite(nominal, task_rows, braking.at_stop, state)
+    for _, there in () if braking is None else braking.on_way:
+        invalid += _not_finite(nominal, task_rows, there, state)
     if invalid:
         return SafeMotion(stop, tuple(dict.fromkeys(invalid)), False)
     rows = command_rows(nominal, state, proximity, options, braking, recover=True)

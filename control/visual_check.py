@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 from .mujoco_binding import Data, Model, mujoco
 from .robot_model import RobotModel
 
-MAX_POINTS = 400
-"""Maximum number of points of a visual mesh that are checked, evenly chosen from its vertices."""
 POINT_RADIUS = 1e-4
 """Radius of the sphere that stands for a point, m."""
 FAR = 1.0
@@ -34,7 +32,8 @@ def visual_gaps(robot: RobotModel) -> tuple[VisualGap, ...]:
 
     Distances count from the collision shapes. So an obstacle can come nearer to such a link than
     the margin, by the gap. A mesh counts as visual if it does not collide. The shapes of the links
-    before and after count too, at home, because they cover the housing of the joint between.
+    before and after count too, at home, because they cover the housing of the joint between. Links
+    that no controlled joint moves are left out: nothing keeps them away from obstacles.
     """
     if not (np.any(robot.model.geom_contype) or np.any(robot.model.geom_conaffinity)):
         # Then the visual meshes are the collision shapes.
@@ -51,7 +50,7 @@ def visual_gaps(robot: RobotModel) -> tuple[VisualGap, ...]:
     collides = (model.geom_contype | model.geom_conaffinity) != 0
     sphere = model.geom("eyehand_probe").id
     gaps = []
-    for body in range(1, model.nbody):
+    for body in np.flatnonzero(robot.moves.any(axis=1)).tolist():
         near = [model.body_parentid[body], body, *np.flatnonzero(model.body_parentid == body)]
         shapes = np.flatnonzero(collides & np.isin(model.geom_bodyid, near))
         shapes = shapes[shapes != sphere]
@@ -75,10 +74,9 @@ def visual_gaps(robot: RobotModel) -> tuple[VisualGap, ...]:
 
 
 def _vertices(model: Model, data: Data, geom: int) -> NDArray[np.float64]:
-    """Return some vertices (N, 3) of a mesh geom in the world."""
+    """Return the vertices (N, 3) of a mesh geom in the world."""
     mesh = int(model.geom_dataid[geom])
     start, count = int(model.mesh_vertadr[mesh]), int(model.mesh_vertnum[mesh])
-    chosen = np.unique(np.linspace(0, count - 1, min(count, MAX_POINTS)).astype(int))
-    points = model.mesh_vert[start + chosen].astype(np.float64)
+    points = model.mesh_vert[start : start + count].astype(np.float64)
     axes = data.geom_xmat[geom].reshape(3, 3)
     return points @ axes.T + data.geom_xpos[geom]

@@ -23,8 +23,10 @@ from ..run_folder import claim_folder
 from .arm_choice import choose_arm, reaching_robot
 from .cycle_comparison import PAIRS, cycle_rows
 from .loop_times import loop_row
+from .moving_obstacles import TRIALS as MOVING_TRIALS
+from .moving_obstacles import moving_rows
 from .reach_chart import reach_chart
-from .reach_methods import BASELINE, BASELINES, METHODS, PLANNED
+from .reach_methods import BASELINE, BASELINE_PLANNED, BASELINES, METHODS, PLANNED
 from .reach_outcome import Goal, ReachOptions
 from .reach_run import ReachRecord, run_scene
 from .reach_summary import summary_row
@@ -39,6 +41,8 @@ if TYPE_CHECKING:
 
 QUICK_SCENES = 4
 """Number of scenes with --quick."""
+QUICK_MOVING = 2
+"""Number of trials with moving solids per row with --quick."""
 QUICK_POSTURES = 2
 """Number of postures at which a single cycle is timed with --quick."""
 MAX_PROCESSES = 2
@@ -103,7 +107,7 @@ def evaluate_motion(
     only
         Run only this method. Can be given several times.
     baseline
-        Also run the baseline mink in the same scenes.
+        Also run the baselines mink and OMPL in the same scenes.
     quick
         Four scenes, for a first look.
     loop
@@ -148,14 +152,17 @@ def evaluate_motion(
     fewer = {"rounds": 1, "postures": QUICK_POSTURES} if quick else {}
     cycles = cycle_rows(seed, baseline=BASELINE in methods, arm=options.arm, **fewer)
     loops = _loop_rows(seed, loop, options.arm)
+    say("moving solids at the arm")
+    moving = moving_rows(seed, QUICK_MOVING if quick else MOVING_TRIALS, options.arm)
     write_csv(out / "scenes.csv", [record.row() for record in records])
     where = _described(options, boxes)
     named = Path(arm).stem if arm else "7-joint arm"
     made = Provenance(f"{named}, {where}, 5 ms cycles", seed, scenes, "scene")
-    write_chart(reach_chart(rows, made), out / "bench.png", [*rows, *cycles, *loops])
+    write_chart(reach_chart(rows, made), out / "bench.png", [*rows, *cycles, *loops, *moving])
     title = f"{named} reaching, {where}: {scenes} scenes from seed {seed}"
     show(_reach_table(rows, title, time_limit), json_wanted=json)
     show(_cycle_table(cycles), json_wanted=json)
+    show(_moving_table(moving), json_wanted=json)
     if loops:
         show(_loop_table(loops), json_wanted=json)
     say(f"every scene: {out / 'scenes.csv'}; chart: {out / 'bench.png'}")
@@ -163,7 +170,7 @@ def evaluate_motion(
         print_json(
             "evaluate_motion",
             seed,
-            [*rows, *cycles, *loops],
+            [*rows, *cycles, *loops, *moving],
             scenes=scenes,
             boxes=boxes,
             place=place,
@@ -193,26 +200,29 @@ def _selected_methods(only: list[str] | None, *, baseline: bool) -> list[str]:
         if name not in METHODS:
             raise InputError(f"unknown method {name!r}; choose from: {', '.join(METHODS)}")
     selected = [name for name in METHODS if name in (only or METHODS)]
-    chosen = [name for name in selected if name in BASELINES]
-    if chosen and not baseline:
+    if not baseline:
         selected = [name for name in selected if name not in BASELINES]
         if not selected:
-            raise InputError(f"--no-baseline excludes {BASELINE}, the only selected method")
-    elif chosen and find_spec(BASELINE) is None:
-        selected = [name for name in selected if name not in BASELINES]
-        note = f"{BASELINE} is not installed: pip install 'eyehand[baselines]'"
-        if not selected:
+            raise InputError(f"--no-baseline excludes {', '.join(only or BASELINES)}")
+    missing = sorted({BASELINES.get(name, "") for name in selected} - {""})
+    for package in (one for one in missing if find_spec(one) is None):
+        left = [name for name in selected if BASELINES.get(name) != package]
+        rows = ", ".join(name for name in selected if name not in left)
+        note = f"{package} is not installed: pip install 'eyehand[baselines]'"
+        if not left:
             raise InputError(note)
-        say(f"without the row {BASELINE}: {note}")
+        say(f"without the rows {rows}: {note}")
+        selected = left
     return selected
 
 
 def _run(cases: Sequence[_ReachCase], *, processes: int) -> list[ReachRecord]:
-    """Run all cases, those of the planner last and alone, because their search time is reported."""
-    parallel = [case for case in cases if case.method != PLANNED]
-    alone = [case for case in cases if case.method == PLANNED]
+    """Run all cases, those with a planner last and alone, because their search time is reported."""
+    searching = (PLANNED, BASELINE_PLANNED)
+    parallel = [case for case in cases if case.method not in searching]
+    alone = [case for case in cases if case.method in searching]
     records = list(tracked(_records(parallel, processes), "reaching", len(parallel)))
-    return records + list(tracked(_records(alone, 1), "reaching with planner", len(alone)))
+    return records + list(tracked(_records(alone, 1), "reaching with a planner", len(alone)))
 
 
 def _records(cases: Sequence[_ReachCase], processes: int) -> Iterator[ReachRecord]:
@@ -313,4 +323,22 @@ def _loop_table(rows: Sequence[Mapping[str, Any]]) -> Table:
         title="planned motions in real time at 1 kHz",
         caption="time of a call, searches in the background; processor: without waiting for other "
         "programs and threads",
+    )
+
+
+def _moving_table(rows: Sequence[Mapping[str, Any]]) -> Table:
+    return result_table(
+        rows,
+        [
+            ("solids", "{name}"),
+            ("trials", "{trials}"),
+            ("kept %", "{kept_pct:.1f}"),
+            ("touched", "{touched}"),
+            ("unnamed", "{unnamed}"),
+            ("clear mm", "{min_clearance_mm:.2f}"),
+            ("acc. %", "{peak_acceleration_pct:.0f}"),
+        ],
+        title="solids that move at the tool with untold velocity",
+        caption="kept: at least 5 mm in every cycle; unnamed: trials below 5 mm without a "
+        "status that says so; acc.: peak in % of the limit",
     )

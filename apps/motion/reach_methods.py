@@ -41,8 +41,10 @@ BASELINE = "mink"
 """The library for differential inverse kinematics that the controller is compared with."""
 BASELINE_TUNED = "mink tuned"
 """The same library with the retreats of this package's controller and a tuned relaxation."""
-BASELINES = (BASELINE, BASELINE_TUNED)
-"""Names of the baselines."""
+BASELINE_PLANNED = "OMPL + IK"
+"""Inverse kinematics and RRT-Connect of the library OMPL, with the budget of this package."""
+BASELINES = {BASELINE: "mink", BASELINE_TUNED: "mink", BASELINE_PLANNED: "ompl"}
+"""Names of the baselines, and the package that each needs."""
 
 
 class ControllerSettings(NamedTuple):

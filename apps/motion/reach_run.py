@@ -10,7 +10,8 @@ import numpy as np
 from eyehand.data_synth.scenes import make_reaching_scene, straight_path_is_blocked
 
 from .baseline_mink import TUNED, run_mink
-from .reach_methods import BASELINE_TUNED, BASELINES, controller_method
+from .baseline_ompl import OmplMethod
+from .reach_methods import BASELINE_PLANNED, BASELINE_TUNED, BASELINES, controller_method
 from .reach_outcome import ReachOptions, run_reach
 
 if TYPE_CHECKING:
@@ -71,10 +72,17 @@ class ReachRecord:
 
 
 def run_scene(method: str, seed: int, boxes: int, reach: ReachOptions | None = None) -> ReachRecord:
-    """Make the scene of a seed and run a method in it. Equal arguments give an equal motion."""
+    """Make the scene of a seed and run a method in it.
+
+    Equal arguments give an equal motion, except of OMPL, whose searches end by a time limit.
+    """
     reach = reach or ReachOptions()
     scene = make_reaching_scene(seed, boxes=boxes, place=reach.place, arm=reach.arm)
     blocked = straight_path_is_blocked(scene)
+    if method == BASELINE_PLANNED:
+        planned = OmplMethod(scene, reach.goal, reach.dt)
+        outcome = run_reach(scene, planned, reach)
+        return ReachRecord(method, seed, blocked, outcome, planned.reason, planned.paths)
     if method in BASELINES:
         options = TUNED if method == BASELINE_TUNED else None
         return ReachRecord(method, seed, blocked, run_mink(scene, options, reach), "")

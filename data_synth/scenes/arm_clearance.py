@@ -103,6 +103,10 @@ class ArmClearance:
             smallest = min(smallest, gap)
         return float(smallest)
 
+    def move(self, name: str, place: NDArray[np.float64]) -> None:
+        """Move a solid to a place (3,), world, m."""
+        self._model.body(name).pos = place
+
     def tool(self, q: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the tool's position at joint angles `q` (n,): (3,), world, m."""
         self._move(q)

@@ -42,11 +42,28 @@ def test_robot_without_collision_shapes_has_no_gap_and_a_bare_link_the_largest()
     )
 
 
+def test_gaps_of_a_ur5e_are_those_of_its_capsules():
+    file = ROBOTS / "universal_robots_ur5e" / "ur5e.xml"
+    if not file.is_file():
+        pytest.skip(f"no robot files at {ROBOTS}")
+    gaps = visual_gaps(RobotModel.load(file, "attachment_site"))
+    # The base does not move, so it is left out.
+    assert "base" not in [one.link for one in gaps]
+    assert gaps[0].link == "upper_arm_link"
+    # Capsules around the elbow: of the upper arm (radius 0.05 m, on z from 0 to 0.4 m), and of the
+    # forearm (0.055 m, on y up to 0.009 m at z = 0.425 m).
+    x, y, z = gaps[0].point
+    own = np.hypot(np.hypot(x, y), max(z - 0.4, 0.0)) - 0.05
+    child = np.hypot(np.hypot(x, max(y - 0.009, 0.0)), z - 0.425) - 0.055
+    assert gaps[0].gap == pytest.approx(min(own, child), abs=1e-6)
+    assert gaps[0].gap == pytest.approx(0.0265, abs=2e-4)
+
+
 def test_gaps_of_a_panda_are_millimetres():
     file = ROBOTS / "franka_emika_panda" / "panda.xml"
     if not file.is_file():
         pytest.skip(f"no robot files at {ROBOTS}")
     gaps = visual_gaps(RobotModel.load(file, "hand"))
     assert gaps[0].link == "link5"
-    assert 0.003 < gaps[0].gap < 0.006
+    assert gaps[0].gap == pytest.approx(0.0056, abs=1e-4)
     assert all(np.isfinite(one.point).all() for one in gaps)

@@ -11,7 +11,7 @@ from eyehand.apps.motion import evaluate
 from eyehand.apps.motion.cycle_comparison import cycle_rows
 from eyehand.apps.motion.loop_times import loop_row
 from eyehand.apps.motion.reach_methods import (
-    BASELINE,
+    BASELINES,
     controller_method,
     reaching_tasks,
     reaching_world,
@@ -156,12 +156,17 @@ def test_cycle_comparison_uses_the_same_pairs_for_all_methods():
     assert all(0 < row["cycle_p50_us"] <= row["cycle_p99_us"] for row in rows)
 
 
-def test_missing_mink_is_left_out_with_a_note(monkeypatch, capsys):
+def test_missing_packages_are_left_out_with_a_note(monkeypatch, capsys):
     monkeypatch.setattr(evaluate, "find_spec", lambda _name: None)
-    assert BASELINE not in evaluate._selected_methods(None, baseline=True)
-    assert "pip install 'eyehand[baselines]'" in capsys.readouterr().err
-    with pytest.raises(InputError, match=r"pip install 'eyehand\[baselines\]'"):
-        evaluate._selected_methods([BASELINE], baseline=True)
+    left = evaluate._selected_methods(None, baseline=True)
+    assert not set(left) & set(BASELINES)
+    notes = capsys.readouterr().err.splitlines()
+    assert len(notes) == 2
+    assert "without the rows mink, mink tuned: mink is not installed" in notes[0]
+    assert "without the rows OMPL + IK: ompl is not installed" in notes[1]
+    for name in BASELINES:
+        with pytest.raises(InputError, match=r"pip install 'eyehand\[baselines\]'"):
+            evaluate._selected_methods([name], baseline=True)
 
 
 def test_loop_at_1_khz_counts_calls_and_searches():

@@ -1,0 +1,161 @@
+"""Solids that move at an arm with untold velocity: what distance it keeps, and what it reports."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from scipy.spatial.transform import RigidTransform, Rotation
+
+from eyehand.control import ApproachController
+from eyehand.control.tasks import Position
+from eyehand.data_synth import ReachingArm
+from eyehand.data_synth.scenes import ArmClearance, ReachingObstacle, make_reaching_scene
+
+from .reach_methods import CONTROLLERS, DEFAULT, reaching_world
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+SPEEDS = (0.25, 0.5)
+"""Speeds of the solids, m/s: of people beside the arm, and of conveyors."""
+TRIALS = 20
+"""Number of trials per row."""
+HALF_M = (0.04, 0.08)
+"""Range of the half extents of a solid."""
+START_M = 0.6
+"""Distance of the first solid from the tool at the start."""
+BEYOND_M = 0.3
+"""Distance behind the tool at which the last solid is removed."""
+SPACING_M = 0.5
+"""Distance between solids on a conveyor."""
+ON_CONVEYOR = 3
+"""Number of solids on a conveyor."""
+MISS_M = 0.03
+"""Standard deviation of the distance at which a solid would pass the tool."""
+KEPT_M = 0.005
+"""Distance that must be kept."""
+NAMED = ("too_near", "contact", "infeasible")
+"""Statuses that report a solid."""
+
+
+class MovingCase(NamedTuple):
+    """A trial with solids that move at the tool of an arm that holds its position."""
+
+    seed: int
+    """Seed of the posture and of the solids."""
+    speed: float
+    """Speed of the solids, m/s."""
+    conveyor: bool
+    """Whether several solids pass horizontally, one after another. Otherwise one comes from any
+    side."""
+    arm: ReachingArm
+    """The arm."""
+
+
+class MovingResult(NamedTuple):
+    """What a trial measured."""
+
+    clearance: float
+    """Minimum distance of all cycles, by a model that the controller cannot access, m."""
+    named: bool
+    """Whether a status reported a solid."""
+    peak_acceleration: float
+    """Maximum joint acceleration as a share of its limit."""
+
+
+def moving_rows(
+    seed: int, trials: int = TRIALS, arm: ReachingArm | None = None
+) -> list[dict[str, Any]]:
+    """Return a row per speed and kind of motion.
+
+    Parameters
+    ----------
+    seed
+        Seed of the first trial.
+    trials
+        Number of trials per row.
+    arm
+        The arm; None for the included one.
+
+    Returns
+    -------
+    list of dict
+        `kept_pct`: share of trials with at least 5 mm in every cycle; `touched`: number with a
+        contact; `unnamed`: number below 5 mm without a status that says so; least distance; peak
+        acceleration in % of its limit.
+    """
+    rows = []
+    for conveyor in (False, True):
+        for speed in SPEEDS:
+            cases = [
+                MovingCase(seed + k, speed, conveyor, arm or ReachingArm()) for k in range(trials)
+            ]
+            results = [moving_trial(case) for case in cases]
+            near = [result for result in results if result.clearance < KEPT_M]
+            rows.append(
+                {
+                    "name": f"{'conveyor' if conveyor else 'any side'} {speed:g} m/s",
+                    "trials": trials,
+                    "kept_pct": round(100.0 * (1.0 - len(near) / trials), 1),
+                    "touched": sum(result.clearance < 0.0 for result in results),
+                    "unnamed": sum(not result.named for result in near),
+                    "min_clearance_mm": round(1e3 * min(r.clearance for r in results), 2),
+                    "peak_acceleration_pct": round(
+                        100.0 * max(r.peak_acceleration for r in results), 1
+                    ),
+                }
+            )
+    return rows
+
+
+def moving_trial(case: MovingCase) -> MovingResult:
+    """Move solids at the tool of an arm. Only their poses are reported to the controller."""
+    scene = make_reaching_scene(case.seed, boxes=0, arm=case.arm)
+    q = scene.start.copy()
+    target = ArmClearance((), case.arm).tool(q)
+    rng = np.random.default_rng([case.seed, 2])
+    solids, ahead, velocity = _solids(case, target, rng)
+    checker = ArmClearance(solids, case.arm)
+    world = reaching_world(solids, case.arm)
+    options = CONTROLLERS[DEFAULT].options
+    controller = ApproachController(world, (Position(target),), options)
+    clearance, named, last, peak = checker.at(q), False, np.zeros(len(q)), 0.0
+    seconds = (START_M + BEYOND_M + SPACING_M * (len(solids) - 1)) / case.speed
+    for cycle in range(round(seconds / options.dt)):
+        moved = ahead + velocity * options.dt * cycle
+        for solid, place in zip(solids, moved, strict=True):
+            pose = RigidTransform.from_components(place, solid.T_world_shape.rotation)
+            world.move(solid.name, pose)
+            checker.move(solid.name, place + velocity * options.dt)
+        step = controller.step(q)
+        q = q + options.dt * step.velocity
+        clearance = min(clearance, checker.at(q))
+        named = named or step.status in NAMED
+        change = np.abs(step.velocity - last) / options.dt / world.robot.acceleration
+        peak, last = max(peak, float(change.max())), step.velocity
+    return MovingResult(clearance, named, peak)
+
+
+def _solids(
+    case: MovingCase, target: NDArray[np.float64], rng: np.random.Generator
+) -> tuple[list[ReachingObstacle], NDArray[np.float64], NDArray[np.float64]]:
+    """Return the solids, their places at the start (N, 3), m, and their velocity (3,), m/s."""
+    direction = rng.normal(size=3)
+    if case.conveyor:
+        direction[2] = 0.0
+    direction /= np.linalg.norm(direction)
+    miss = rng.normal(0.0, MISS_M, 3)
+    miss -= direction * (direction @ miss)
+    count = ON_CONVEYOR if case.conveyor else 1
+    first = target + miss - START_M * direction
+    places = first - SPACING_M * np.arange(count)[:, None] * direction
+    solids = []
+    for number, place in enumerate(places):
+        half = rng.uniform(*HALF_M, 3)
+        yaw = Rotation.from_rotvec([0.0, 0.0, rng.uniform(-np.pi, np.pi)])
+        turn = yaw if case.conveyor else Rotation.random(rng=rng)
+        pose = RigidTransform.from_components(place, turn)
+        size = (float(half[0]), float(half[1]), float(half[2]))
+        solids.append(ReachingObstacle(f"solid_{number + 1}", "box", size, pose))
+    return solids, places, case.speed * direction
