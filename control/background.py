@@ -9,13 +9,10 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import replace
 
 from .collision_world import CollisionWorld
+from .mesh_preparation import SWITCH_INTERVAL
 from .mujoco_binding import mujoco
 from .proximity_tables import kernel_arguments
 from .search import SearchResult
-
-SWITCH_INTERVAL = 1e-4
-"""Time after which Python hands over to a waiting thread, s. At Python's default of 5 ms, the
-control loop would wait up to five periods for a search."""
 
 
 class Worker:

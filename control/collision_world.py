@@ -13,16 +13,18 @@ from eyehand.errors import InputError
 
 from .array_checks import checked_array
 from .collision_options import CollisionOptions
-from .collision_pairs import candidate_pairs, find_collision_geoms
-from .held_object import HeldObject, held_pairs, held_row
+from .collision_pairs import find_collision_geoms
+from .held_object import HeldObject
+from .mesh_preparation import MeshPreparation, meshes_of
 from .obstacle_motion import ObstacleMotions
 from .proximity import Proximity, proximity_of
-from .proximity_kernels import near_pairs, pair_distance
+from .proximity_kernels import near_pairs
 from .proximity_tables import ProximityTables, kernel_arguments, shape_row
 from .robot_model import RobotModel
 from .shapes import ConvexMesh, Obstacle, Shape, check_pose, checked_obstacles
 from .sphere_cover import cover_geoms
-from .world_spec import build_world, fill_slot
+from .world_spec import WorldModel, fill_slot
+from .world_tables import AddedGeoms, GeomArrays, build_tables, sort_file_pairs
 
 SLOTS = 16
 """Number of prepared geoms for obstacles. When they are all in use, the world is compiled again
@@ -69,6 +71,7 @@ class CollisionWorld:
         self._file_geoms = find_collision_geoms(robot)
         self._obstacles: dict[str, Obstacle] = {}
         self._held: dict[str, HeldObject] = {}
+        self._preparation = MeshPreparation(robot.spec)
         self._motions = ObstacleMotions()
         self._geoms: dict[str, int] = {}
         self._slots = SLOTS
@@ -96,12 +99,20 @@ class CollisionWorld:
         return tuple(self._held.values())
 
     @property
+    def preparing(self) -> bool:
+        """Whether a box stands for a mesh that a thread compiles."""
+        return self._preparation.waiting
+
+    @property
     def pair_names(self) -> tuple[tuple[str, str], ...]:
         """Names of all pairs whose distance is computed when they are near."""
         return self.tables.names
 
-    def add(self, obstacle: Obstacle) -> None:
+    def add(self, obstacle: Obstacle, *, background: bool = False) -> None:
         """Add an obstacle. A mesh, or a lack of free slots, compiles the world again.
+
+        With ``background``, a thread compiles a mesh. Its bounding box stands for it until the
+        first control cycle after that.
 
         Raises
         ------
@@ -111,7 +122,10 @@ class CollisionWorld:
         checked_obstacles([obstacle])
         self._check_free(obstacle.name)
         self._obstacles[obstacle.name] = obstacle
-        self._insert(obstacle.name, obstacle.shape)
+        if background and isinstance(obstacle.shape, ConvexMesh):
+            self._preparation.begin(obstacle.name, obstacle.shape)
+        self._insert(obstacle.name, self._preparation.shapes([obstacle])[obstacle.name])
+        self._take_meshes()
 
     def move(self, name: str, pose: RigidTransform, velocity: ArrayLike | None = None) -> None:
         """Move an obstacle.
@@ -157,6 +171,7 @@ class CollisionWorld:
         """Advance the time of the control cycles by dt, s. :class:`ApproachController` calls it."""
         for name, shift in self._motions.advance(dt):
             self._update_geom(name, shift=shift)
+        self._take_meshes()
 
     def remove(self, name: str) -> None:
         """Remove an obstacle.
@@ -169,6 +184,7 @@ class CollisionWorld:
         self._known(name)
         del self._obstacles[name]
         self._motions.forget(name)
+        self._preparation.forget(name)
         del self._geoms[name]
         self._update_tables()
 
@@ -238,13 +254,28 @@ class CollisionWorld:
         self._update_tables()
 
     def _build(self) -> None:
-        """Compile robot, slots and meshes, and set the pose of every object."""
-        shapes = {one.name: one.shape for one in (*self.obstacles, *self.held)}
-        meshes = {n: shape for n, shape in shapes.items() if isinstance(shape, ConvexMesh)}
+        """Compile robot, slots and meshes."""
+        shapes = self._preparation.shapes((*self.obstacles, *self.held))
+        meshes = meshes_of(shapes)
         while len(shapes) - len(meshes) > self._slots:
             self._slots *= 2
-        self._world = world = build_world(self.robot.spec, self._slots, list(meshes.values()))
-        model = world.model
+        self._install(self._preparation.build(self._slots, tuple(meshes.values())))
+
+    def _take_meshes(self) -> None:
+        """Use the meshes of the background as soon as they are compiled."""
+        if not self.preparing:
+            return
+        meshes = meshes_of({one.name: one.shape for one in (*self.obstacles, *self.held)})
+        world = self._preparation.compiled(self._slots, tuple(meshes.values()))
+        if world is not None:
+            self._install(world)
+            self._update_tables()
+
+    def _install(self, world: WorldModel) -> None:
+        """Use a compiled world, and set the pose of every object."""
+        self._world, model = world, world.model
+        shapes = self._preparation.shapes((*self.obstacles, *self.held))
+        meshes = meshes_of(shapes)
         world.data.qpos[:] = self.robot.home_qpos
         primitives = [name for name in shapes if name not in meshes]
         self._geoms = dict(zip(meshes, world.meshes, strict=True))
@@ -266,7 +297,7 @@ class CollisionWorld:
         if name in self._held:
             self._motion[geom] = 0.0
             return
-        pose = self._obstacles[name].pose
+        pose = self._preparation.pose(name, self._obstacles[name].pose)
         mocap = world.model.body_mocapid[world.model.geom_bodyid[geom]]
         world.data.mocap_pos[mocap] = pose.translation + shift
         world.data.mocap_quat[mocap] = pose.rotation.as_quat(scalar_first=True)
@@ -275,54 +306,22 @@ class CollisionWorld:
 
     def _sort_file_pairs(self) -> tuple[list[tuple[int, int]], tuple[tuple[str, str], ...]]:
         """Return the pairs of the robot's file to check, and the names of those to ignore."""
-        geoms = self._file_geoms
         self._file_pairs = []
         self._update_tables()
         # This call also computes the poses at home.
         self.proximity(self.robot.home)
-        checked, ignored = [], []
-        for a, b in candidate_pairs(self.robot, geoms):
-            margin = self.options.self_margin if b in geoms.robot else 0.0
-            distance = pair_distance(self.tables, a, b, 2.0 * self.options.self_margin + 1.0)
-            if distance < margin:
-                ignored.append((geoms.names[a], geoms.names[b]))
-            else:
-                checked.append((a, b))
-        return checked, tuple(ignored)
+        return sort_file_pairs(self.robot, self._file_geoms, self.options.self_margin, self.tables)
 
     def _update_tables(self) -> None:
         """List the pairs and their names again after an object was added or removed."""
-        geoms, robot, model = self._file_geoms, self.robot, self._world.model
-        names = {**geoms.names, **{geom: name for name, geom in self._geoms.items()}}
-        moves = np.zeros((model.ngeom, robot.n), dtype=bool)
-        moves[: len(geoms.moves)] = geoms.moves
-        held = [self._geoms[name] for name in self._held]
-        moves[held] = robot.moves[robot.frame_body]
-        obstacles = [self._geoms[name] for name in self._obstacles]
-        pairs = list(self._file_pairs)
-        pairs += [(a, b) for a in (*geoms.robot, *held) for b in obstacles]
-        pairs += held_pairs(robot, geoms, held, moves)
-        # The kernel covers only the first geom of a pair with spheres.
-        pairs = [(b, a) if self._covers[b, 1] > self._covers[a, 1] else (a, b) for a, b in pairs]
-        cover = self.options.cover
-        self.tables = ProximityTables(
-            model=model,
-            data=self._world.data,
-            joints=robot.joint_table,
-            moves=moves,
-            shapes=self._shapes,
-            motion=self._motion,
-            pairs=np.array(pairs, dtype=np.int64).reshape(-1, 2),
-            names=tuple((names[a], names[b]) for a, b in pairs),
-            held=np.array(
-                [held_row(robot, model, self._geoms[one.name], one.pose) for one in self.held]
-            ).reshape(-1, 14),
-            spheres=self._spheres,
-            covers=self._covers,
-            probe=self._world.probe,
-            sharpness=cover.sharpness if cover else 1.0,
-            cut_off=self.options.cut_off,
+        added = AddedGeoms(
+            {name: self._geoms[name] for name in self._obstacles},
+            {name: self._geoms[name] for name in self._held},
+            self.held,
         )
+        arrays = GeomArrays(self._shapes, self._motion, self._spheres, self._covers)
+        file = self._file_geoms, self._file_pairs
+        self.tables = build_tables(self.robot, self._world, *file, added, arrays, self.options)
         self._arguments = kernel_arguments(self.tables)
 
     def _check_free(self, name: str) -> None:

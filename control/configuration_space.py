@@ -62,7 +62,10 @@ def clearance_at(q, space, cut_off):
         space.held, space.body_positions, space.body_axes, world.positions, world.matrices
     )
     near = np.empty((len(space.pairs), NEAR_COLUMNS))
-    count = measure_near(near, nearer(world, cut_off), space.pairs, space.covers, space.spheres)
+    needed = np.full(len(space.pairs), cut_off)
+    count = measure_near(
+        near, nearer(world, cut_off), space.pairs, space.covers, space.spheres, needed
+    )
     least = cut_off
     for row in range(count):
         least = min(least, near[row, 1])

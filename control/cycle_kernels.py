@@ -35,7 +35,7 @@ from .stack_kernels import Levels, solve_levels
 from .tasks.joint_centring import centring_slope
 from .tasks.kernel_task import TASK_ROWS, Frame, Output
 from .tasks.registry import MISFIT, evaluate_task
-from .way_kernels import Arm, add_way_bounds, way_postures
+from .way_kernels import Arm, add_way_bounds, needed_distances, way_postures
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -144,7 +144,12 @@ def control_cycle(
     arm = Arm(world, chain, qpos, held, body_positions, body_axes, spheres, covers)
     near = np.empty((len(pairs), NEAR_COLUMNS))
     update_held_geoms(held, body_positions, body_axes, positions, matrices)
-    near = near[: measure_near(near, world, pairs, covers, spheres)]
+    braking = Brake(block[15], block[16], block[17])
+    ends, needed = np.empty((2, n)), np.empty((2, len(pairs)))
+    joint_bounds(q, motion, limits, options, True, ends[0], ends[1], braking)
+    case = BrakingCase(q, motion, limits, ends[0], ends[1], braking, options)
+    needed_distances(arm, case, needed)
+    near = near[: measure_near(near, world, pairs, covers, spheres, needed[1])]
     rows, drifts = np.empty((len(pairs), n)), np.empty(len(pairs))
     distance_rows(near, chain, rows, drifts)
     report[0] = np.inf
@@ -163,7 +168,7 @@ def control_cycle(
         return UNSETTLED
     active = report[1 + 2 * len(tasks) :]
     distances = Distances(near, rows, drifts)
-    count = _commanded(arm, frame, motion, stack, levels, distances, block[14:], active)
+    count = _commanded(arm, case, levels, distances, needed[0], block[14:], active)
     command[0] = block[19]
     for joint in range(n):
         command[1, joint] = (command[0, joint] - motion[0, joint]) / options[DT]
@@ -171,11 +176,15 @@ def control_cycle(
 
 
 @njit(cache=True)
-def _commanded(arm, frame, motion, stack, levels, distances, block, active):
+def _commanded(arm, case, levels, distances, needed, block, active):
     """Compute the command from the nominal velocity, within all bounds.
 
     Parameters
     ----------
+    case
+        A :class:`BrakingCase`, whose brake's `advance` is filled.
+    needed
+        (pairs,), see `needed_distances`.
     block
         (6, n): the nominal velocity; three rows for the :class:`Brake`; one row for scratch; the
         command, to be filled.
@@ -187,13 +196,9 @@ def _commanded(arm, frame, motion, stack, levels, distances, block, active):
     Number of active bounds, or UNSETTLED.
     """
     near, rows, drifts = distances
-    q, limits, options = frame.q, frame.limits, stack.options
+    q, motion, limits, low, high, braking, options = case
     n, pairs = len(q), arm.chain.pairs
     nominal, velocity = block[0], block[5]
-    braking = Brake(block[1], block[2], block[3])
-    ends = np.empty((2, n))
-    low, high = ends[0], ends[1]
-    joint_bounds(q, motion, limits, options, True, low, high, braking)
     if options[SAFETY] == 0.0:
         towards(braking.command, nominal, low, high, velocity)
         return 0
@@ -204,11 +209,10 @@ def _commanded(arm, frame, motion, stack, levels, distances, block, active):
         np.empty((size, n)), np.empty(size), np.empty(size), np.empty(size, np.int64)
     )
     used = 0
-    case = BrakingCase(q, motion, limits, low, high, braking, options)
-    approached = limit_approach(near[:, 1], rows, drifts, limits, options)
+    limit_approach(near[:, 1], rows, drifts, limits, options)
     if count > 0:
         used = bounds_now(near, rows, drifts, case, bounds, used)
-        used = add_way_bounds(arm, near, case, approached, count, bounds, used)
+        used = add_way_bounds(arm, near, case, needed, count, bounds, used)
     else:
         used = bounds_at_stop(near, rows, drifts, np.inf, case, bounds, used)
     bounds = DistanceBounds(

@@ -93,15 +93,12 @@ def limit_approach(distance, rows, drifts, limits, options):
 
     An arm that gains speed at the rate a needs the distance c² / (2 a) until it is as fast as an
     obstacle that closes in at c. So c² <= 2 a left must hold, with what is left to the margin. The
-    drift is raised to the one at which the velocity damper demands this. Return whether an obstacle
-    approaches. ``limits`` are (n, 5).
+    drift is raised to the one at which the velocity damper demands this. ``limits`` are (n, 5).
     """
     damping = options[DAMPER] / options[DT]
-    approached = False
     for row in range(len(distance)):
         if drifts[row] > -APPROACHING:
             continue
-        approached = True
         left = distance[row] - options[MARGIN]
         acceleration = 0.0
         for joint in range(len(limits)):
@@ -110,7 +107,6 @@ def limit_approach(distance, rows, drifts, limits, options):
         usable = max(EVASION_SHARE * acceleration, MIN_EVASION)
         if left > 0.0 and usable < np.inf:
             drifts[row] -= max(damping * left - np.sqrt(2.0 * usable * left), 0.0)
-    return approached
 
 
 @njit(cache=True)

@@ -73,7 +73,8 @@ def near_pairs(
     update_held_geoms(held, body_positions, body_axes, positions, matrices)
     world = World(model, data, positions, matrices, sizes, shapes, probe, sharpness, cut_off)
     near = np.empty((len(pairs), NEAR_COLUMNS))
-    count = measure_near(near, world, pairs, covers, spheres)
+    needed = np.full(len(pairs), cut_off)
+    count = measure_near(near, world, pairs, covers, spheres, needed)
     return _results(near[:count], pairs, anchors, axes, joints, moves, motion)
 
 
@@ -88,22 +89,23 @@ def pair_distance(tables: ProximityTables, a: int, b: int, cut_off: float) -> fl
 
 
 @njit(cache=True)
-def measure_near(near, world, pairs, covers, spheres):
+def measure_near(near, world, pairs, covers, spheres, needed):
     """Fill rows of ``near`` (pairs, NEAR_COLUMNS) for the poses in the data; return their count.
 
     A row holds the pair, its distance, the wrench on the robot's part (force, moment about the
     world's origin), the closest points on the robot's and on the other part. ``world`` is a
-    :class:`World`, the rest are fields of :class:`ProximityTables`.
+    :class:`World`, the rest are fields of :class:`ProximityTables`. A pair beyond its distance in
+    ``needed`` (pairs,), m, is left out if a nearer one was found before.
     """
     # Read once, because each access to an array of a named tuple counts its references.
     positions, matrices, shapes = world.positions, world.matrices, world.shapes
     cut_off = world.cut_off
     contact = np.empty(9)
-    count = 0
+    count, least = 0, np.inf
     for pair in range(len(pairs)):
         a, b = pairs[pair, 0], pairs[pair, 1]
         apart = gap(a, b, positions, matrices, shapes)
-        if apart >= cut_off:
+        if apart >= cut_off or (apart >= needed[pair] and apart >= least):
             continue
         if covers[a, 1] == 0:
             if apart > TOUCHING_M:
@@ -123,6 +125,7 @@ def measure_near(near, world, pairs, covers, spheres):
             distance = _soft_distance(world, a, b, cover, contact, near[count])
         if distance < cut_off:
             near[count, 0] = pair
+            least = min(least, distance)
             count += 1
     return count
 

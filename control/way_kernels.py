@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numba import njit
 
-from .braking_kernels import brake_cycles, braked_posture
+from .braking_kernels import ACCELERATION, brake_cycles, braked_posture
 from .distance_bounds import APPROACHING, Chain, bounds_at_stop, distance_rows, limit_approach
 from .kinematics_kernels import set_posture
-from .packed_options import DAMPER, DT, MARGIN
+from .packed_options import DAMPER, DT, INFLUENCE, MARGIN
 from .proximity_kernels import NEAR_COLUMNS, measure_near, update_held_geoms
 from .proximity_tables import BOUND, World
 from .safety_kernels import SLACK
@@ -41,7 +41,7 @@ class Arm(NamedTuple):
 
 
 @njit(cache=True)
-def add_way_bounds(arm, near, case, approached, count, bounds, used):
+def add_way_bounds(arm, near, case, needed, count, bounds, used):
     """Add the bounds by the distances on the way to standstill; return the number of rows in use.
 
     Parameters
@@ -52,24 +52,32 @@ def add_way_bounds(arm, near, case, approached, count, bounds, used):
         Rows of `measure_near` in this posture.
     case
         A :class:`BrakingCase`.
-    approached
-        Whether an obstacle approaches. All pairs are then measured.
+    needed
+        (pairs,), see `needed_distances`.
     count
         Number of postures, see `way_postures`.
     bounds, used
         :class:`DistanceBounds`, and the number of its rows in use.
     """
     world, chain, n = arm.world, arm.chain, len(case.q)
-    chosen = np.arange(len(chain.pairs))
-    if not approached:
-        chosen = chosen[: relevant_pairs(near, arm, case, chosen)]
-    if len(chosen) == 0:
+    every = len(chain.pairs)
+    chosen, pairs = np.empty(every, np.int64), np.empty((every, 2), np.int64)
+    # A pair that was not measured in this posture is beyond the cut-off, or not needed.
+    distances = np.full(every, world.cut_off)
+    for row in range(len(near)):
+        distances[int(near[row, 0])] = near[row, 1]
+    size = 0
+    for pair in range(every):
+        if distances[pair] < needed[pair]:
+            chosen[size] = pair
+            pairs[size, 0], pairs[size, 1] = chain.pairs[pair, 0], chain.pairs[pair, 1]
+            size += 1
+    if size == 0:
         return used
-    pairs = np.empty((len(chosen), 2), np.int64)
-    for k in range(len(chosen)):
-        pairs[k, 0], pairs[k, 1] = chain.pairs[chosen[k], 0], chain.pairs[chosen[k], 1]
-    every, rows = np.empty((len(chosen), NEAR_COLUMNS)), np.empty((len(chosen), n))
-    drifts, posture, dt = np.empty(len(chosen)), np.empty(n), case.options[DT]
+    chosen, pairs = chosen[:size], pairs[:size]
+    block, rows = np.empty((size, NEAR_COLUMNS)), np.empty((size, n))
+    drifts, posture, dt = np.empty(size), np.empty(n), case.options[DT]
+    to_cut_off = np.full(size, world.cut_off)
     cycles = brake_cycles(case.braking.command, case.limits, dt)
     for step in range(1, count + 1):
         after, until = cycles * step // count, np.inf
@@ -82,7 +90,7 @@ def add_way_bounds(arm, near, case, approached, count, bounds, used):
         update_held_geoms(
             arm.held, arm.body_positions, arm.body_axes, world.positions, world.matrices
         )
-        there = every[: measure_near(every, world, pairs, arm.covers, arm.spheres)]
+        there = block[: measure_near(block, world, pairs, arm.covers, arm.spheres, to_cut_off)]
         for row in range(len(there)):
             there[row, 0] = chosen[int(there[row, 0])]
         distance_rows(there, chain, rows, drifts)
@@ -104,61 +112,74 @@ def way_postures(q, stop):
 
 
 @njit(cache=True)
-def relevant_pairs(near, arm, case, chosen):
-    """Fill the pairs that can bound the command on the way to standstill; return their number.
+def needed_distances(arm, case, needed):
+    """Fill the distance of each pair beyond which it cannot matter in this cycle (2, pairs), m.
 
-    A pair is left out if no command within the joint bounds (n,) can violate its row. With levers
-    r_j, the distance of a part from an axis, a motion D changes a distance by at most
-    sum(r_j |D_j|) exp(sum(|D_j|)); the last factor covers levers that grow on the way. The entries
-    of a row are then at most the levers and this travel.
+    Row 0 is for the way to standstill, row 1 for the present posture with its repulsion. No command
+    within the joint bounds can violate a row of a pair beyond. With levers r_j, the distance of a
+    part from an axis, a motion D changes a distance by at most sum(r_j |D_j|) exp(sum(|D_j|)); the
+    last factor covers levers that grow on the way. The entries of a row are then at most the levers
+    and this travel. Pairs whose obstacle moves are always needed.
 
     Parameters
     ----------
-    near
-        Rows of `measure_near` in this posture, for which the poses in the data must be.
     arm
-        A robot among obstacles, see :class:`Arm`.
-    chosen
-        (pairs,), to be filled.
+        An :class:`Arm`. The poses in the data must be those of the present posture.
+    case
+        A :class:`BrakingCase`. Its brake's `advance` is overwritten by an upper bound.
+    needed
+        To be filled.
     """
-    q, low, high, braking, options = case.q, case.low, case.high, case.braking, case.options
-    pairs, joints, moves = arm.chain.pairs, arm.chain.joints, arm.chain.moves
-    shapes, positions = arm.world.shapes, arm.world.positions
-    n = len(q)
+    low, high, braking, options = case.low, case.high, case.braking, case.options
+    pairs, moves, twists = arm.chain.pairs, arm.chain.moves, arm.chain.twists
+    n, dt = len(case.q), options[DT]
+    levers = _levers(arm, n)
+    change, fastest, way = np.empty(n), np.empty(n), np.empty(n)
+    turned = rest = 0.0
+    for column in range(n):
+        b = braking.command[column]
+        fastest[column] = max(abs(low[column]), abs(high[column]), abs(b))
+        advance = 3.0 * dt + fastest[column] / case.limits[column, ACCELERATION]
+        braking.advance[column] = advance
+        change[column] = advance * max(abs(high[column] - b), abs(b - low[column]))
+        way[column] = abs(braking.stop[column] - case.q[column])
+        turned += way[column]
+        rest += change[column]
+    stretch = math.exp(turned)
+    for pair in range(len(pairs)):
+        a, b = pairs[pair, 0], pairs[pair, 1]
+        travel = swept = closing = 0.0
+        for column in range(n):
+            if moves[a, column] != moves[b, column]:
+                lever = levers[a, column] + levers[b, column]
+                travel += lever * way[column]
+                swept += lever * change[column]
+                closing += lever * fastest[column]
+        travel *= stretch
+        slack = (APPROACHING + SLACK) * dt
+        beyond = options[MARGIN] + travel + (swept + travel * rest + slack) / options[DAMPER]
+        moving = 0.0
+        for column in range(3, 9):
+            moving += abs(twists[b, column])
+        if arm.covers[a, 1] > 0 or moving > 0.0:
+            beyond = np.inf
+        needed[0, pair] = beyond
+        now = options[MARGIN] + (closing * dt + slack) / options[DAMPER]
+        needed[1, pair] = max(options[INFLUENCE], beyond, now)
+
+
+@njit(cache=True)
+def _levers(arm, n):
+    """Return the largest distance of each geom from the axis of each joint that moves it, m."""
+    moves, joints, shapes = arm.chain.moves, arm.chain.joints, arm.world.shapes
     levers = np.zeros((len(moves), n))
     for geom in range(len(moves)):
         for column in range(n):
             if moves[geom, column]:
                 levers[geom, column] = shapes[geom, BOUND] + _axis_distance(
-                    positions[geom], arm.chain.anchors, arm.chain.axes, joints[column]
+                    arm.world.positions[geom], arm.chain.anchors, arm.chain.axes, joints[column]
                 )
-    distances = np.full(len(pairs), arm.world.cut_off)
-    for row in range(len(near)):
-        distances[int(near[row, 0])] = near[row, 1]
-    turned = 0.0
-    change = np.empty(n)
-    for column in range(n):
-        turned += abs(braking.stop[column] - q[column])
-        b = braking.command[column]
-        change[column] = braking.advance[column] * max(abs(high[column] - b), abs(b - low[column]))
-    stretch = math.exp(turned)
-    count = 0
-    for pair in range(len(pairs)):
-        a, b = pairs[pair, 0], pairs[pair, 1]
-        travel = swept = rest = 0.0
-        for column in range(n):
-            if moves[a, column] != moves[b, column]:
-                lever = levers[a, column] + levers[b, column]
-                travel += lever * abs(braking.stop[column] - q[column])
-                swept += lever * change[column]
-                rest += change[column]
-        travel *= stretch
-        left = distances[pair] - travel - options[MARGIN]
-        used = swept + travel * rest + (APPROACHING + SLACK) * options[DT]
-        if arm.covers[a, 1] > 0 or used > options[DAMPER] * left:
-            chosen[count] = pair
-            count += 1
-    return count
+    return levers
 
 
 @njit(cache=True)

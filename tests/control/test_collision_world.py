@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -174,6 +175,32 @@ def test_mesh_of_box_has_same_distances_as_box(robot: RobotModel) -> None:
         assert one.names == other.names
         # Meshes are stored in single precision. Both depths are minimum translation distances.
         np.testing.assert_allclose(one.distance, other.distance, atol=1e-7)
+
+
+def test_box_stands_for_a_mesh_until_a_thread_has_compiled_it(robot: RobotModel) -> None:
+    corners = np.random.default_rng(3).normal(size=(40, 3)) * 0.05
+    pose = RigidTransform.from_components([0.3, 0.1, 0.4], Rotation.from_rotvec([0.3, 0.2, 0.5]))
+    options = CollisionOptions(cut_off=2.0)
+    expected = CollisionWorld(robot, [Obstacle("o", ConvexMesh(corners), pose)], options=options)
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    box = Obstacle("o", Box(0.5 * (high - low)), pose * translation(0.5 * (low + high)))
+    boxed = CollisionWorld(robot, [box], options=options)
+    world = CollisionWorld(robot, options=options)
+    world.add(Obstacle("o", ConvexMesh(corners), translation([2.0, 0.0, 0.0])), background=True)
+    # A second one is added, and one is moved, while the thread compiles.
+    world.add(Obstacle("far", ConvexMesh(corners), translation([0.0, 3.0, 0.0])), background=True)
+    world.move("o", pose, np.zeros(6))
+    world.remove("far")
+    q = np.array([0.3, 0.5, -0.8])
+    np.testing.assert_allclose(world.proximity(q).distance, boxed.proximity(q).distance, atol=1e-12)
+    deadline = time.monotonic() + 60.0
+    while world.preparing and time.monotonic() < deadline:
+        world.advance(0.005)
+        time.sleep(0.001)
+    found, exact = world.proximity(q), expected.proximity(q)
+    assert found.names == exact.names
+    np.testing.assert_allclose(found.distance, exact.distance, atol=1e-12)
+    assert not np.allclose(found.distance, boxed.proximity(q).distance, atol=1e-4)
 
 
 def test_drift_equals_finite_difference_of_obstacle_motion(robot: RobotModel) -> None:

@@ -1,0 +1,103 @@
+"""List the pairs of a world and fill the tables of the distance kernels."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from .collision_pairs import candidate_pairs
+from .held_object import HeldObject, held_pairs, held_row
+from .proximity_kernels import pair_distance
+from .proximity_tables import ProximityTables
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from .collision_options import CollisionOptions
+    from .collision_pairs import CollisionGeoms
+    from .robot_model import RobotModel
+    from .world_spec import WorldModel
+
+
+class AddedGeoms(NamedTuple):
+    """The geoms of the objects that were added to the robot's file."""
+
+    obstacles: dict[str, int]
+    """Geom of each obstacle."""
+    held: dict[str, int]
+    """Geom of each held object."""
+    objects: tuple[HeldObject, ...]
+    """The held objects, in the same order."""
+
+
+class GeomArrays(NamedTuple):
+    """The arrays by geom that the tables share."""
+
+    shapes: NDArray[np.float64]
+    motion: NDArray[np.float64]
+    spheres: NDArray[np.float64]
+    covers: NDArray[np.int64]
+
+
+def build_tables(
+    robot: RobotModel,
+    world: WorldModel,
+    geoms: CollisionGeoms,
+    file_pairs: list[tuple[int, int]],
+    added: AddedGeoms,
+    arrays: GeomArrays,
+    options: CollisionOptions,
+) -> ProximityTables:
+    """Return the tables of a compiled world for all its pairs.
+
+    ``geoms`` and ``file_pairs`` are those of the robot's file.
+    """
+    model = world.model
+    placed = {**added.obstacles, **added.held}
+    names = {**geoms.names, **{geom: name for name, geom in placed.items()}}
+    held = list(added.held.values())
+    moves = np.zeros((model.ngeom, robot.n), dtype=bool)
+    moves[: len(geoms.moves)] = geoms.moves
+    moves[held] = robot.moves[robot.frame_body]
+    pairs = list(file_pairs)
+    pairs += [(a, b) for a in (*geoms.robot, *held) for b in added.obstacles.values()]
+    pairs += held_pairs(robot, geoms, held, moves)
+    # The kernel covers only the first geom of a pair with spheres.
+    covers = arrays.covers
+    pairs = [(b, a) if covers[b, 1] > covers[a, 1] else (a, b) for a, b in pairs]
+    rows = [held_row(robot, model, placed[one.name], one.pose) for one in added.objects]
+    cover = options.cover
+    return ProximityTables(
+        model=model,
+        data=world.data,
+        joints=robot.joint_table,
+        moves=moves,
+        shapes=arrays.shapes,
+        motion=arrays.motion,
+        pairs=np.array(pairs, dtype=np.int64).reshape(-1, 2),
+        names=tuple((names[a], names[b]) for a, b in pairs),
+        held=np.array(rows).reshape(-1, 14),
+        spheres=arrays.spheres,
+        covers=covers,
+        probe=world.probe,
+        sharpness=cover.sharpness if cover else 1.0,
+        cut_off=options.cut_off,
+    )
+
+
+def sort_file_pairs(
+    robot: RobotModel, geoms: CollisionGeoms, self_margin: float, tables: ProximityTables
+) -> tuple[list[tuple[int, int]], tuple[tuple[str, str], ...]]:
+    """Return the pairs of the robot's file to check, and the names of those to ignore.
+
+    The poses in the data must be those at home.
+    """
+    checked, ignored = [], []
+    for a, b in candidate_pairs(robot, geoms):
+        margin = self_margin if b in geoms.robot else 0.0
+        if pair_distance(tables, a, b, 2.0 * self_margin + 1.0) < margin:
+            ignored.append((geoms.names[a], geoms.names[b]))
+        else:
+            checked.append((a, b))
+    return checked, tuple(ignored)
