@@ -61,9 +61,9 @@ def summary_row(
         "peak_jerk_pct": _share(outcome.peak_jerk for outcome in outcomes),
         "time_p50_s": round(float(np.percentile(seconds, 50)), 2),
         "time_p90_s": round(float(np.percentile(seconds, 90)), 2),
-        "cycle_p50_us": round(float(np.percentile(cycles_us, 50)), 1),
-        "cycle_p99_us": round(float(np.percentile(cycles_us, 99)), 1),
-        "cycle_p999_us": round(float(np.percentile(cycles_us, 99.9)), 1),
+        "cycle_p50_us": _percentile(cycles_us, 50),
+        "cycle_p99_us": _percentile(cycles_us, 99),
+        "cycle_p999_us": _percentile(cycles_us, 99.9),
     }
     paths = [path for record in records for path in record.paths]
     if paths:
@@ -73,6 +73,11 @@ def summary_row(
         row["plan_p50_ms"] = round(float(np.percentile(times, 50)), 1)
         row["plan_p90_ms"] = round(float(np.percentile(times, 90)), 1)
     return row
+
+
+def _percentile(cycles_us: NDArray[np.float64], share: float) -> float:
+    """Return a percentile, µs; 0 if a method gave up in the cycle of its searches."""
+    return round(float(np.percentile(cycles_us, share)), 1) if len(cycles_us) else 0.0
 
 
 def _share(peaks: Iterable[float]) -> float:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
-from eyehand.apps.motion.moving_obstacles import MovingCase, moving_rows, moving_trial
+from eyehand.apps.motion.moving_obstacles import MovingCase, _solids, moving_rows, moving_trial
 from eyehand.data_synth import ReachingArm
+from eyehand.data_synth.scenes import ArmClearance, make_reaching_scene
 
 
 @pytest.mark.parametrize("conveyor", [False, True])
@@ -17,11 +19,6 @@ def test_arm_leaves_within_its_acceleration_limits(conveyor):
 
 def test_standing_arm_would_be_hit():
     """The solids pass where the tool stands."""
-    import numpy as np
-
-    from eyehand.apps.motion.moving_obstacles import _solids
-    from eyehand.data_synth.scenes import ArmClearance, make_reaching_scene
-
     case = MovingCase(0, 0.25, False, ReachingArm())
     scene = make_reaching_scene(0, boxes=0)
     target = ArmClearance().tool(scene.start)
