@@ -62,6 +62,7 @@ def test_quick_run_prints_a_row_per_method_and_writes_its_files(tmp_path, capsys
     assert list(rows) == [
         *("null space only", "default", "mink"),
         *("cycle compiled", "cycle mink"),
+        *("any side 0.25 m/s", "any side 0.5 m/s", "conveyor 0.25 m/s", "conveyor 0.5 m/s"),
     ]
     for name in ("null space only", "default", "mink"):
         row = rows[name]
