@@ -203,7 +203,8 @@ def _selected_methods(only: list[str] | None, *, baseline: bool) -> list[str]:
     if not baseline:
         selected = [name for name in selected if name not in BASELINES]
         if not selected:
-            raise InputError(f"--no-baseline excludes {', '.join(only or BASELINES)}")
+            named = ", ".join(only or BASELINES)
+            raise InputError(f"--no-baseline excludes {named}, the only selected methods")
     missing = sorted({BASELINES.get(name, "") for name in selected} - {""})
     for package in (one for one in missing if find_spec(one) is None):
         left = [name for name in selected if BASELINES.get(name) != package]
