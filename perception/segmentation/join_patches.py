@@ -54,6 +54,9 @@ share without a depth step, and contact. Regions that meet at a corner are often
 REGION_PRIOR = 0.3
 """Log-odds added in the second round: lines between large regions of one object cross free space
 more often. With 0 some bowls stay in halves, with 0.6 solids in a heap are joined."""
+EQUAL_COLOUR = 0.6
+"""Weight of equal colours in the second round: neighbours in a tote may have one colour. With 0.4
+parts of real objects stay apart."""
 BRIDGE = 5
 """Distance over which patches replace the slivers between them, px at the reference width."""
 FLAT_ANGLE = 0.06
@@ -185,7 +188,8 @@ def _join_regions(
 ) -> NDArray[np.int32]:
     """Join regions (H, W) that touch, by evidence between them; return (count + 1,) new labels."""
     edges = patch_edges(regions, image, planes, window, hidden=False)
-    weights = edge_weights(edges) + REGION_PRIOR
+    colour = np.where(edges.colour > 0, EQUAL_COLOUR * edges.colour, edges.colour)
+    weights = edge_weights(edges._replace(colour=colour)) + REGION_PRIOR
     loose = (edges.touching < MIN_TOUCHING) | (edges.contact < MIN_CONTACT)
     return contract_edges(edges.pairs, np.where(loose, np.minimum(weights, 0.0), weights), count)
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ..perpendicular import perpendicular_pair
 from .block_heights import BLOCK, LOWEST
-from .container_walls import LEVEL_BAND, MAX_THICKNESS, MIN_RIM
+from .container_walls import MAX_THICKNESS, MIN_RIM
 from .result import SupportPlane
 from .rim_votes import (
     LAYER,
@@ -272,4 +272,4 @@ def _is_hollow(
     inside = np.zeros(tops.shape, np.uint8)
     cv2.fillConvexPoly(inside, np.rint(outline).astype(np.int32), 1)
     heights = tops[(inside > 0) & (tops > LOWEST)]
-    return bool(len(heights) and np.mean(np.abs(heights - rim.height) < LEVEL_BAND) < MAX_LEVEL)
+    return bool(len(heights) and np.mean(np.abs(heights - rim.height) < MIN_RIM) < MAX_LEVEL)
