@@ -146,26 +146,43 @@ def demo(
     say(f"clearing a table: {table.source} ...")
     if view:
         return _live(table.source, trial, built, ending, port, out, json)
-    from .grasp.demo_run import MakeObserver, run_demo
-    from .grasp.robot_recording import RobotRecording
-    from .moving_picture import write_moving_picture
-    from .ros_markers import scene_writer
+    record = _recorded(
+        table.source, trial, built, ending, film=out / FILM_FILE if video else None, mcap=mcap
+    )
+    if record.film is not None and pictured is not None:
+        from .moving_picture import write_moving_picture
 
-    film = _film(out / FILM_FILE) if video else None
-    with film or nullcontext(), scene_writer(mcap) as writer:
-        joined: list[MakeObserver] = [] if film is None else [film.join]
-        if writer is not None:
-            joined.append(RobotRecording(writer).join)
-        record = run_demo(table.source, trial, built, joined, ending)
-    if film is not None:
-        record = replace(record, film=film.path, film_cpu_seconds=film.cpu_seconds)
-        if pictured is not None:
-            write_moving_picture(out / PICTURE_FILE, film.path, pictured)
-            say(f"moving picture: {out / PICTURE_FILE}")
-        else:
-            _remove_old(out / PICTURE_FILE)
+        write_moving_picture(out / PICTURE_FILE, record.film, pictured)
+        say(f"moving picture: {out / PICTURE_FILE}")
+    else:
+        _remove_old(out / PICTURE_FILE)
     write_results(record, out, json)
     return 0
+
+
+def _recorded(
+    source: str,
+    trial: GraspTrial,
+    built: tuple[Cell, SimRobot],
+    ending: ClearOptions,
+    *,
+    film: Path | None,
+    mcap: Path | None,
+) -> DemoRecord:
+    """Run the demo, and write its film and its recording where a path is given."""
+    from .grasp.demo_run import MakeObserver, run_demo
+    from .grasp.robot_recording import RobotRecording
+    from .ros_markers import scene_writer
+
+    shown = None if film is None else _film(film)
+    with shown or nullcontext(), scene_writer(mcap) as writer:
+        joined: list[MakeObserver] = [] if shown is None else [shown.join]
+        if writer is not None:
+            joined.append(RobotRecording(writer).join)
+        record = run_demo(source, trial, built, joined, ending)
+    if shown is None:
+        return record
+    return replace(record, film=shown.path, film_cpu_seconds=shown.cpu_seconds)
 
 
 def write_results(record: DemoRecord, out: Path, json: bool) -> None:

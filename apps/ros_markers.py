@@ -9,14 +9,14 @@ import numpy as np
 from scipy.spatial.transform import RigidTransform
 
 from eyehand.errors import InputError
-from eyehand.perception.cameras.ros_messages import (
+from eyehand.perception.cameras import (
     RosWriter,
-    header,
-    pose_message,
+    ros_header,
+    ros_pose,
+    ros_transform,
     ros_writer,
-    transform_message,
+    write_ros_depth,
 )
-from eyehand.perception.cameras.ros_recording import write_depth
 from eyehand.perception.superquadric import mesh
 
 from .grasp.grasp_glyph import preferred_palm
@@ -88,17 +88,17 @@ def write_scene(
     colours
         Colour number of each object by its label; default: the label.
     """
-    write_depth(writer, frame, seconds, DEPTH_TOPIC)
+    write_ros_depth(writer, frame, seconds, DEPTH_TOPIC)
     if frame.T_world_camera is not None:
-        pose = transform_message(seconds, "world", "camera", frame.T_world_camera)
+        pose = ros_transform(seconds, "world", "camera", frame.T_world_camera)
         writer.write("/tf", "tf2_msgs/TFMessage", {"transforms": [pose]}, seconds)
-    head = header(seconds, scene.reference_frame)
+    head = ros_header(seconds, scene.reference_frame)
     markers = [_marker(head, "clear", 0, TEXT) | {"action": DELETE_ALL}]
     for item in scene.objects:
         shade = colour_of((colours or {}).get(item.label, item.label)) / 255.0
         markers += _object_markers(head, item, shade)
     writer.write(MARKER_TOPIC, "visualization_msgs/MarkerArray", {"markers": markers}, seconds)
-    poses = [pose_message(preferred_palm(plan)) for plan in plans.values() if plan]
+    poses = [ros_pose(preferred_palm(plan)) for plan in plans.values() if plan]
     writer.write(GRASP_TOPIC, "geometry_msgs/PoseArray", {"header": head, "poses": poses}, seconds)
 
 
@@ -145,7 +145,7 @@ def _object_markers(
         markers.append(triangle_marker(head, name, number, vertices[faces], rgba))
     label = _marker(head, f"label {item.label}", 0, TEXT)
     top = item.points.mean(axis=0) + np.array([0.0, 0.0, 2 * TEXT_HEIGHT])
-    label["pose"] = pose_message(RigidTransform.from_translation(top))
+    label["pose"] = ros_pose(RigidTransform.from_translation(top))
     label["scale"] = _vector(np.full(3, TEXT_HEIGHT))
     label["color"] = _colour(np.array([0.1, 0.1, 0.1, 1.0]))
     label["text"] = f"{item.label} {parts[0].kind if parts else ''}".strip()
@@ -160,7 +160,7 @@ def _marker(head: dict[str, Any], name: str, number: int, kind: int) -> dict[str
         "id": number,
         "type": kind,
         "action": ADD,
-        "pose": pose_message(RigidTransform.identity()),
+        "pose": ros_pose(RigidTransform.identity()),
     }
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.spatial.transform import RigidTransform, Rotation
 
-from eyehand.perception.cameras.ros_messages import header, transform_message
+from eyehand.perception.cameras import ros_header, ros_transform
 
 from ..ros_markers import triangle_marker, write_scene
 from .body_meshes import body_meshes
@@ -15,7 +15,7 @@ from .body_meshes import body_meshes
 if TYPE_CHECKING:
     from eyehand.data_synth.cell import SimRobot
     from eyehand.grasping import Cell, CycleInfo, PickReport, SelectedGrasp
-    from eyehand.perception.cameras.ros_messages import RosWriter
+    from eyehand.perception.cameras import RosWriter
 
     from .demo_record import Recorder
 
@@ -43,7 +43,7 @@ class RobotRecording:
         now, markers = self._next, []
         self._bodies = body_meshes(robot.model)
         for body, shape in self._bodies.items():
-            head = header(now, self._name(body))
+            head = ros_header(now, self._name(body))
             rgba = np.asarray(shape.visual.vertex_colors)[shape.faces].reshape(-1, 4) / 255.0
             marker = triangle_marker(head, "body", body, shape.triangles, rgba)
             markers.append(marker | {"frame_locked": True})
@@ -70,7 +70,7 @@ class RobotRecording:
         model, data = self._robot.model, self._robot.data
         moved = [number for number in range(model.njnt) if model.joint(number).name]
         states = {
-            "header": header(now, ""),
+            "header": ros_header(now, ""),
             "name": [model.joint(number).name for number in moved],
             "position": [float(data.qpos[model.jnt_qposadr[number]]) for number in moved],
             "velocity": [float(data.qvel[model.jnt_dofadr[number]]) for number in moved],
@@ -78,7 +78,7 @@ class RobotRecording:
         }
         self._writer.write("/joint_states", "sensor_msgs/JointState", states, now)
         poses = [
-            transform_message(now, "world", self._name(body), self._pose(body))
+            ros_transform(now, "world", self._name(body), self._pose(body))
             for body in self._bodies
             if body
         ]

@@ -15,7 +15,8 @@ from .hand_eye import CameraMount, HandEye, HandEyeOptions, calibrate_hand_eye
 from .oak import OakCamera, OakOptions
 from .oak_recording import OakRecording
 from .protocol import Camera
-from .ros_recording import RosRecording, is_ros_recording, write_ros_frames
+from .ros_messages import RosWriter, ros_header, ros_pose, ros_transform, ros_writer
+from .ros_recording import RosRecording, is_ros_recording, write_ros_depth, write_ros_frames
 
 __all__ = [
     "BoardView",
@@ -28,11 +29,17 @@ __all__ = [
     "OakOptions",
     "OakRecording",
     "RosRecording",
+    "RosWriter",
     "calibrate_hand_eye",
     "charuco_board",
     "checkerboard",
     "detect_board",
     "is_ros_recording",
     "load_depthai",
+    "ros_header",
+    "ros_pose",
+    "ros_transform",
+    "ros_writer",
+    "write_ros_depth",
     "write_ros_frames",
 ]

@@ -130,13 +130,13 @@ def definition(kind: str) -> str:
     return f"\n{SEPARATOR}\n".join(parts)
 
 
-def header(seconds: float, frame: str) -> dict[str, Any]:
+def ros_header(seconds: float, frame: str) -> dict[str, Any]:
     """Return a header with a time in s and the name of a coordinate frame."""
     whole, rest = divmod(round(1e9 * seconds), 10**9)
     return {"stamp": {"sec": whole, "nanosec": rest}, "frame_id": frame}
 
 
-def pose_message(pose: RigidTransform) -> dict[str, Any]:
+def ros_pose(pose: RigidTransform) -> dict[str, Any]:
     """Return a geometry_msgs/Pose."""
     return {
         "position": _named("xyz", pose.translation),
@@ -144,12 +144,10 @@ def pose_message(pose: RigidTransform) -> dict[str, Any]:
     }
 
 
-def transform_message(
-    seconds: float, parent: str, child: str, pose: RigidTransform
-) -> dict[str, Any]:
+def ros_transform(seconds: float, parent: str, child: str, pose: RigidTransform) -> dict[str, Any]:
     """Return a geometry_msgs/TransformStamped that maps from `child` to `parent`."""
     return {
-        "header": header(seconds, parent),
+        "header": ros_header(seconds, parent),
         "child_frame_id": child,
         "transform": {
             "translation": _named("xyz", pose.translation),

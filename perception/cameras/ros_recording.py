@@ -20,7 +20,7 @@ from ..io.input_file import naming
 from ..io.intrinsics import CameraFile, intrinsics_from_matrix, read_camera_file
 from ..io.png import decode_depth
 from .mcap_file import check_mcap
-from .ros_messages import RosWriter, header, load_ros, ros_writer
+from .ros_messages import RosWriter, load_ros, ros_header, ros_writer
 
 IMAGE, COMPRESSED, INFO = (
     f"sensor_msgs/msg/{name}" for name in ("Image", "CompressedImage", "CameraInfo")
@@ -192,13 +192,13 @@ def write_ros_frames(
     """
     with ros_writer(path) as writer:
         for number, frame in enumerate(frames):
-            write_depth(writer, frame, number / fps, topic)
+            write_ros_depth(writer, frame, number / fps, topic)
 
 
-def write_depth(writer: RosWriter, frame: DepthFrame, seconds: float, topic: str) -> None:
+def write_ros_depth(writer: RosWriter, frame: DepthFrame, seconds: float, topic: str) -> None:
     """Write the image and the CameraInfo of a frame."""
     k = frame.intrinsics
-    head = {"header": header(seconds, "camera"), "height": k.height, "width": k.width}
+    head = {"header": ros_header(seconds, "camera"), "height": k.height, "width": k.width}
     image = {
         "encoding": "32FC1",
         "is_bigendian": 0,

@@ -14,7 +14,7 @@ import pytest
 from eyehand.errors import InputError
 from eyehand.perception import CameraIntrinsics, DepthFrame
 from eyehand.perception.cameras import RosRecording, is_ros_recording, write_ros_frames
-from eyehand.perception.cameras.ros_messages import definition, header, ros_writer
+from eyehand.perception.cameras.ros_messages import definition, ros_header, ros_writer
 
 pytest.importorskip("mcap_ros2", reason="recordings of ROS 2 need the extra [ros]")
 
@@ -36,7 +36,7 @@ def camera_info(**changes):
     """Return a CameraInfo of CAMERA."""
     eye = np.eye(3).ravel().tolist()
     return {
-        "header": header(0.0, "camera"),
+        "header": ros_header(0.0, "camera"),
         "height": HEIGHT,
         "width": WIDTH,
         "distortion_model": "plumb_bob",
@@ -50,7 +50,7 @@ def camera_info(**changes):
 def image(data: np.ndarray, encoding: str, **changes: Any) -> dict[str, Any]:
     """Return an Image with the bytes of `data`, (H, W) or with padded rows."""
     return {
-        "header": header(0.0, "camera"),
+        "header": ros_header(0.0, "camera"),
         "height": HEIGHT,
         "width": WIDTH,
         "encoding": encoding,
@@ -110,7 +110,7 @@ def test_compressed_depth_of_both_kinds(tmp_path, depth):
         png = cv2.imencode(".png", pixels)[1].tobytes()
         return struct.pack("<iff", 0, scale, offset) + png
 
-    head = {"header": header(0.0, "camera")}
+    head = {"header": ros_header(0.0, "camera")}
     # Quantised inverse depth of compressed_depth_image_transport: v = scale / depth + offset.
     scale, offset = 1000.0, 100.0
     inverse = np.zeros_like(depth)
