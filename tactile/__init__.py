@@ -20,6 +20,7 @@ from .contour_step import ContourPoint
 from .feature_reader import FeatureReader
 from .features import ContactFeatures, FeatureOptions, contact_features, contact_region
 from .friction_pull import FrictionPull, PullOptions
+from .glove import Glove, GloveReader, HandFeatures, hand_features
 from .grip_laws import GripLaw, GripReading, LoadGrip, LoadGripOptions, SlipGrip
 from .hough import HoughOptions, hough_axis
 from .image import TactileArray, TactileImage
@@ -48,8 +49,11 @@ __all__ = [
     "FeatureOptions",
     "FeatureReader",
     "FrictionPull",
+    "Glove",
+    "GloveReader",
     "GripLaw",
     "GripReading",
+    "HandFeatures",
     "HoughOptions",
     "LoadGrip",
     "LoadGripOptions",
@@ -70,6 +74,7 @@ __all__ = [
     "calibrate_linear",
     "contact_features",
     "contact_region",
+    "hand_features",
     "hough_axis",
     "identify_timing",
     "load_calibration",

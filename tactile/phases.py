@@ -95,6 +95,7 @@ class TouchPhases:
         self._centre: tuple[float, float] | None = None
         self._near_goal = False
         self._search: ContactSearch | None = None
+        self._normal = np.array([0.0, 0.0, 1.0])
 
     def finish(self) -> None:
         """End the touch with the outcome `done`, unless it has an outcome already.
@@ -156,6 +157,8 @@ class TouchPhases:
                 self._end(fault)
             return self._step_without_sensor(dt)
         touching = bool(features)
+        if touching:
+            self._normal = features.normal
         twist = self.servo.step(features, dt, external if in_task else None, measured).twist
         if self.outcome is None:
             self._check_overload(features)
@@ -311,8 +314,8 @@ class TouchPhases:
             if self._clear_travel > BACK_OFF_CLEARANCE or self._travel > MAX_BACK_OFF:
                 self._enter("ended")
             else:
-                twist[2] = -BACK_OFF_SPEED
-        self._travel += abs(twist[2]) * dt
+                twist[:3] = -BACK_OFF_SPEED * self._normal
+        self._travel += float(np.linalg.norm(twist[:3])) * dt
         return twist
 
     def _step_without_sensor(self, dt: float) -> PhaseStep:

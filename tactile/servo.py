@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from eyehand.errors import InputError
 
 from .features import ContactFeatures
+from .image import tangents
 from .place_estimate import AGE, PLACE_X, PLACE_Y, SIDE_X, SIDE_Y
 from .selection import TRACK, SelectionMatrix
 from .servo_kernels import servo_cycle
@@ -89,7 +90,10 @@ class SensorTwist:
 class TactileServo:
     """Convert contact features to sensor twists, cycle by cycle; eqs. (13) and (15).
 
-    The sensor's z-axis points towards the object. If the contact is too far along +x, the pad
+    The sensor's z-axis points towards the object. On a curved array, the servo works in the frame
+    of the contact, whose z-axis is the contact's normal: a fingertip presses where it is touched.
+
+    If the contact is too far along +x, the pad
     slides along +x and rolls about +y. If it is too far along +y, the pad slides along +y and rolls
     about **-x**. So row 4 of eq. (15) is -1 here: with +1, as printed, the rolling diverges.
 
@@ -195,8 +199,15 @@ class TactileServo:
         """
         out = np.empty(6)
         touching = features.force > 0.0
+        centre = features.centre
+        # A flat array's normal is exactly z. Then the frames of sensor and contact are equal.
+        self._axes = contact_axes(features.normal) if features.normal[2] < 1.0 else None
+        if self._axes is not None:
+            centre = self._axes @ centre
+            external = None if external is None else _turned(self._axes, external)
+            measured = None if measured is None else _turned(self._axes, measured)
         contact = (
-            touching, features.centre, self.measured_pressure(features), features.area,
+            touching, centre, self.measured_pressure(features), features.area,
             features.orientation, features.confidence, features.force,
         )  # fmt: skip
         bad = servo_cycle(
@@ -214,12 +225,15 @@ class TactileServo:
                 f"a cycle needs dt > 0 s, finite features and a finite external twist, got {dt}, "
                 f"{features}, {external}"
             )
+        if self._axes is not None:
+            out = _turned(self._axes.T, out)
         return SensorTwist(out, touching)
 
     def reset(self) -> None:
         """Clear all memory of contacts."""
         self._memory[:] = 0.0
         self._rings[:] = 0.0
+        self._axes = None
         self._place[:] = 0.0
         self.side_force = None
         self._stiffness[:] = new_stiffness(self._initial_stiffness)
@@ -227,7 +241,8 @@ class TactileServo:
     def set_sent_twist(self, twist: NDArray[np.float64]) -> None:
         """Correct the last command: the arm received this twist (6,) instead of the servo's."""
         cycle = int(self._memory[CYCLE]) - 1
-        self._rings[COMMANDS, cycle % MAX_WINDOW] = twist[2]
+        speed = twist[2] if self._axes is None else self._axes[2] @ twist[:3]
+        self._rings[COMMANDS, cycle % MAX_WINDOW] = speed
 
     @property
     def side_force(self) -> NDArray[np.float64] | None:
@@ -264,6 +279,16 @@ class TactileServo:
         if memory[COUNT] == 0.0:
             return 0.0, 0.0, 0.0
         return float(memory[PRESSURE]), float(memory[ORIENTATION]), float(memory[CONFIDENCE])
+
+
+def contact_axes(normal: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the axes of the contact's frame as rows, (3, 3): two tangents and the normal."""
+    return np.vstack([tangents(normal), normal])
+
+
+def _turned(axes: NDArray[np.float64], twist: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return a twist (6,) about the same point in other axes (3, 3)."""
+    return (twist.reshape(2, 3) @ axes.T).ravel()
 
 
 def _settings(options: ServoOptions) -> ServoSettings:

@@ -27,12 +27,14 @@ from .servo_memory import (
     LAST_P,
     LAST_X,
     LOST_FOR,
+    MEASURED,
     ORIENTATION,
     PLACE_START,
     PLACES,
     PRESSURE,
     PRESSURES,
     SELECTION_START,
+    SETTLED,
     SINES,
     SPEEDS,
     STIFFNESS_START,
@@ -71,6 +73,12 @@ another object. After a shorter interruption, it is the same object."""
 BRANCH_MARGIN = np.radians(10.0)
 """Range beyond 90° in which the error of the angle keeps its sign, rad. Without it, noise at 90°
 reverses the direction of turning."""
+SETTLE_SECONDS = 0.1
+"""Maximum time after landing for which the pressure is predicted, s. A loop that oscillates would
+otherwise be predicted for ever, and hide that its gain is too high."""
+SETTLED_SHARE = 0.05
+"""Predicted rise of the pressure after landing below which the pad has come to rest, as a share of
+the goal."""
 OWN_MOTION_SHARE = 0.3
 """Share of the expected change of pressure below which the object itself has moved."""
 TILT_MOMENT = 1.0 / 12.0
@@ -130,7 +138,15 @@ def servo_cycle(settings, state, rings, contact, external, measured, dt, out):
         _filter(s, a, c)
         a.memory[LOST_FOR] = 0.0
         _slide_and_roll(s, a, c, dt, out)
-        _press(s, a, a.memory[PRESSURE], dt, out)
+        pressure = a.memory[PRESSURE]
+        if a.memory[SETTLED] == 0.0 and s.anti_windup > 0.0:
+            # Later the prediction would bias the pressure on an object that moves.
+            rise = a.stiffness[STIFFNESS] * _coming_travel(s, a, dt)
+            pressure += rise
+            landed = a.memory[LANDED]
+            if landed > SETTLE_SECONDS or (landed > 0.0 and rise <= SETTLED_SHARE * a.goal[2]):
+                a.memory[SETTLED] = 1.0
+        _press(s, a, pressure, dt, out)
         _turn(s, a, out)
         if s.estimates_stiffness > 0.0:
             _estimate_stiffness(s, a, c.area, dt, out)
@@ -163,12 +179,38 @@ def _track_depth(settings, arrays, measured, centre, dt):
         cycle = int(memory[CYCLE])
         rings[SPEEDS, cycle % rings.shape[1]] = along
         memory[ARM_Z] = rings[SPEEDS, (cycle - _wait(settings)) % rings.shape[1]]
+        memory[MEASURED] = 1.0
     else:
+        memory[MEASURED] = 0.0
         cycle = int(memory[CYCLE]) - 1 - int(settings.latency)
         command = rings[COMMANDS, cycle % rings.shape[1]] if cycle >= 0 else 0.0
         lag = settings.arm_lag
         memory[ARM_Z] += (command - memory[ARM_Z]) * (1.0 - np.exp(-dt / lag) if lag > 0 else 1.0)
     memory[DEPTH] += memory[ARM_Z] * dt
+
+
+@njit(cache=True)
+def _coming_travel(settings, arrays, dt):
+    """Return the travel along z that the averaged pressure does not show yet, m.
+
+    If all commands were zero from now on, the pad would still move: by its present speed times the
+    lag, and by the command that has not reached the arm. The average itself is as old as half its
+    window, and the image by its wait (Smith, Chem. Eng. Prog. 53, 1957).
+    """
+    memory, rings = arrays.memory, arrays.rings
+    size = rings.shape[1]
+    travel = memory[DEPTH] - _average(rings, DEPTHS, memory[COUNT], settings.window)
+    cycle, speed = int(memory[CYCLE]), memory[ARM_Z]
+    if memory[MEASURED] > 0.0:
+        speed = rings[SPEEDS, cycle % size]
+        for back in range(int(_wait(settings))):
+            travel += rings[SPEEDS, (cycle - back) % size] * dt
+        pending = COMMAND_CYCLES
+    else:
+        pending = int(settings.latency)
+    for back in range(1, min(pending, cycle) + 1):
+        travel += rings[COMMANDS, (cycle - back) % size] * dt
+    return travel + settings.arm_lag * speed
 
 
 @njit(cache=True)
@@ -261,11 +303,14 @@ def _press(settings, arrays, pressure, dt, out):
     """Fill row 3 of eq. (15): towards the object while the pressure is too low."""
     memory, goal = arrays.memory, arrays.goal[2]
     band = PRESS_BAND * goal
-    if abs(goal - pressure) <= band:
-        memory[LANDED] = 1.0
+    # Only a measured pressure proves that the pad has landed.
+    if memory[LANDED] > 0.0 or abs(goal - memory[PRESSURE]) <= band:
+        memory[LANDED] += dt
     if arrays.selection[2] > 0.0:
         gain = settings.press_gain / arrays.stiffness[STIFFNESS]
-        law = PidLaw(gain, band, -RETREAT_SPEED, settings.press_speed)
+        # While the pressure is predicted, its error stays small for long and would wind up.
+        settled = memory[SETTLED] > 0.0 or settings.anti_windup == 0.0
+        law = PidLaw(gain, band if settled else 0.0, -RETREAT_SPEED, settings.press_speed)
         out[2] = pid_speed(settings, memory, 2, goal - pressure, law, dt)
     else:
         memory[LAST_P] = goal - pressure
@@ -326,6 +371,7 @@ def _lose_contact(settings, arrays, dt):
     memory[COUNT] = 0.0
     memory[HAS_ANGLE] = 0.0
     memory[LANDED] = 0.0
+    memory[SETTLED] = 0.0
     memory[PRESSURE] = 0.0
     memory[CONFIDENCE] = 0.0
     stiffness[STARTED] = 0.0

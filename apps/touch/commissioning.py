@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import lru_cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.spatial.transform import RigidTransform
@@ -11,6 +12,11 @@ from eyehand.data_synth.pad import SENSORS, Foam, PlacedObject, pad_scene, toy_b
 from eyehand.tactile import ServoOptions, Timing, identify_timing
 
 from .arm_rig import CYCLE, ArmRig, RigOptions, SensorName, home_pose
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from numpy.typing import NDArray
 
 SEED = 20000
 """Seed of the pad that is commissioned: no experiment uses it."""
@@ -31,17 +37,32 @@ def press_timing(sensor: SensorName) -> Timing:
         toy_box(), RigidTransform.from_translation(home_pose().apply([0.0, 0.0, GAP]))
     )
     rig = ArmRig(pad_scene((placed,)), seed=SEED, options=RigOptions(sensor=sensor))
-    commands, pressures = [], []
+
+    def step(twist: NDArray[np.float64]) -> float:
+        rig.step(twist)
+        return rig.hand.features.pressure
+
+    return shaken_press(step)
+
+
+def shaken_press(step: Callable[[NDArray[np.float64]], float]) -> Timing:
+    """Press an object and shake the pad along its normal, and identify delay and lag.
+
+    Parameters
+    ----------
+    step
+        Command a twist (6,) for one cycle, and return the pressure that is then read, Pa.
+    """
+    commands, pressures = [], [0.0]
     shaken = 0.0
-    while shaken < SHAKE_SECONDS and rig.time < SHAKE_SECONDS + 2.0:
+    while shaken < SHAKE_SECONDS and len(commands) * CYCLE < SHAKE_SECONDS + 2.0:
         speed = APPROACH
-        if shaken > 0.0 or rig.hand.features.pressure > PRESS:
+        if shaken > 0.0 or pressures[-1] > PRESS:
             speed = sum(a * np.sin(2 * np.pi * f * shaken) for a, f in SHAKE)
             shaken += CYCLE
-        rig.step(np.array([0.0, 0.0, speed, 0.0, 0.0, 0.0]))
         commands.append(speed)
-        pressures.append(rig.hand.features.pressure)
-    return identify_timing(np.array(commands), np.array(pressures), CYCLE)
+        pressures.append(step(np.array([0.0, 0.0, speed, 0.0, 0.0, 0.0])))
+    return identify_timing(np.array(commands), np.array(pressures[1:]), CYCLE)
 
 
 def commissioned(sensor: SensorName) -> ServoOptions:

@@ -1,14 +1,16 @@
-"""Stress sweeps over sensor faults: threshold in the noise, dead tactels, saturated tactels."""
+"""Stress sweeps over imperfections and faults of the sensor."""
 
 from __future__ import annotations
 
-from eyehand.data_synth.pad import SensorModel, pen, soft_ball
+import numpy as np
+
+from eyehand.data_synth.pad import SENSORS, SensorModel, pen, soft_ball, toy_box
 from eyehand.errors import InputError
 from eyehand.tactile import FeatureOptions
 
 from ..bench import Sweep, Trial, as_sweep
-from .stress_trial import CALM_CONTACT, hold_contact, servo_phases
-from .stress_world import CarriedPad, Electronics
+from .stress_trial import CALM_CONTACT, commissioned_phases, hold_contact, servo_phases
+from .stress_world import START_HEIGHT, CarriedPad, Electronics
 
 FAULTS = (0.0, 2.0, 5.0, 10.0, 15.0, 20.0, 24.0, 26.0, 30.0, 50.0, 75.0, 95.0, 100.0)
 """Percentages of faulty tactels. The phase machine rejects a pad from 25 % on. A pad without any
@@ -40,9 +42,89 @@ def _fault_sweep(fault: str, axis: str) -> Sweep[None]:
     return attempt
 
 
+IMPERFECTIONS = {
+    "wait": ("time from a reading to its arrival", "ms", 1e-3, (0, 8, 16, 24, 32, 48, 64), 8),
+    "lag": ("time constant of the readings", "ms", 1e-3, (0, 10, 25, 50, 100, 200), 10),
+    "gain_spread": ("deviation of the tactels' gains since calibration", "%", 0.01,
+                    (0, 10, 20, 40, 60, 80), 10),
+    "hysteresis": ("share of the load that remains after unloading", "%", 0.01,
+                   (0, 5, 10, 20, 40, 60), 10),
+    "creep": ("rise of the readings under a constant load", "%", 0.01, (0, 5, 15, 30, 60), 5),
+    "drift": ("drift of the readings at rest", "counts/min", 1.0, (0, 3, 6, 12, 30, 60), 6),
+    "shear": ("share of the foam's thickness over which friction turns the layer", "%", 0.01,
+              (0, 25, 50, 100), 100),
+}  # fmt: skip
+"""Field of `SensorModel` → axis, unit, factor to SI, values, and the value up to which contacts
+must hold."""
+OFFSET = 0.008
+"""Distance of the box from the middle of the pad, m."""
+DEAD_ROWS = (0.0, 1.0, 2.0, 3.0, 4.0, 6.0, 8.0)
+"""Numbers of dead rows of 16. A loose flat cable makes them. The pad is rejected from 5 rows on."""
+SENSOR_NAMES = ("good", "real", "harsh")
+"""Sensor models that the sweep `sensors` compares, as values 1, 2 and 3."""
+
+
+def _imperfection_sweep(name: str) -> Sweep[None]:
+    axis, unit, factor, values, bound = IMPERFECTIONS[name]
+
+    @as_sweep(name.replace("_", "-"), axis, unit, values, holds_to=bound,
+              right=f"{CALM_CONTACT} on a pen")  # fmt: skip
+    def attempt(value: float, seed: int, method: None) -> Trial:
+        electronics = Electronics(seed, SensorModel(**{name: factor * value}))
+        return hold_contact(CarriedPad((pen(),), electronics), commissioned_phases(electronics))
+
+    return attempt
+
+
+@as_sweep(
+    "backlash", "free play of the carrier along the pad's normal", "mm",
+    (0.0, 0.01, 0.03, 0.1, 0.3), holds_to=0.03, right=f"{CALM_CONTACT} on a pen",
+)  # fmt: skip
+def _backlash(play: float, seed: int, method: None) -> Trial:
+    pad = CarriedPad((pen(),), Electronics(seed), play=1e-3 * play)
+    return hold_contact(pad, servo_phases("track"))
+
+
+@as_sweep(
+    "friction", "static friction of a plate that the pad slides on, with shear", "",
+    (0.0, 0.3, 0.6, 1.0, 1.5), holds_to=1.0, right=f"{CALM_CONTACT} on a box off the centre",
+)  # fmt: skip
+def _friction(friction: float, seed: int, method: None) -> Trial:
+    electronics = Electronics(seed, SensorModel(shear=1.0))
+    pad = CarriedPad(
+        (toy_box(),), electronics, place=(OFFSET, 0.0, START_HEIGHT), friction=friction
+    )
+    return hold_contact(pad, commissioned_phases(electronics))
+
+
+@as_sweep(
+    "dead-rows", "dead rows of 16", "", DEAD_ROWS, holds_to=1.0,
+    right=f"{CALM_CONTACT} on a soft ball",
+)  # fmt: skip
+def _dead_rows(rows: float, seed: int, method: None) -> Trial:
+    first = np.random.default_rng(seed).permutation(16)[: int(rows)]
+    dead = tuple((16 * first[:, None] + np.arange(16)).ravel().tolist())
+    pad = CarriedPad((soft_ball(),), Electronics(seed, dead=dead))
+    return hold_contact(pad, servo_phases("track"))
+
+
+@as_sweep(
+    "sensors", "sensor model: 1 good, 2 real, 3 harsh", "", (1.0, 2.0, 3.0), holds_to=2.0,
+    right=f"{CALM_CONTACT} on a pen",
+)  # fmt: skip
+def _sensors(number: float, seed: int, method: None) -> Trial:
+    electronics = Electronics(seed, SENSORS[SENSOR_NAMES[int(number) - 1]])
+    return hold_contact(CarriedPad((pen(),), electronics), commissioned_phases(electronics))
+
+
 SENSOR_SWEEPS = (
     _threshold,
+    _sensors,
+    *(_imperfection_sweep(name) for name in IMPERFECTIONS),
+    _backlash,
+    _friction,
+    _dead_rows,
     _fault_sweep("dead", "tactels that read nothing"),
     _fault_sweep("saturated", "tactels that read full scale"),
 )
-"""Sweeps over sensor faults."""
+"""Sweeps over the sensor."""

@@ -4,16 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from eyehand.tactile import PRESETS, ServoOptions, TactileServo, TouchPhases
+from eyehand.data_synth.pad import SensorModel, toy_box
+from eyehand.tactile import PRESETS, ServoOptions, TactileServo, Timing, TouchPhases
 
 from ..bench import Trial
-from .stress_world import CYCLE, CarriedPad
+from .commissioning import SEED, shaken_press
+from .stress_world import CYCLE, CarriedPad, Electronics
 
-CALM_CONTACT = "pressure reached and calm"
+CALM_CONTACT = "pressure reached, calm, and never above 1.2 times its goal"
 """What a trial requires if its sweep requires nothing else."""
 SECONDS = 3.0
 """Default time limit of a trial, s."""
@@ -21,6 +25,8 @@ LAST_SECONDS = 0.5
 """Time at the end of a trial over which the final figures are computed, s."""
 NEAR = 0.1
 """Maximum error of the mean pressure that counts as reached, as a fraction of the goal."""
+MAX_PEAK = 1.2
+"""Maximum averaged pressure after landing, as a share of the goal, of a contact that is held."""
 CALM = 0.08
 """Maximum standard deviation of the pressure that counts as calm, as a fraction of the goal."""
 MAX_FORCE = 60.0
@@ -51,7 +57,7 @@ class ContactFigures:
     last_force: float
     """Maximum true force at the end of the trial, N."""
     peak_pressure: float
-    """Maximum measured pressure, Pa."""
+    """Maximum pressure of the servo's average, Pa."""
     pressure: float
     """Mean measured pressure at the end, Pa. 0 without contact."""
     swing: float
@@ -85,7 +91,7 @@ def run_contact(
     lifts
         Motion of the objects, as in :meth:`CarriedPad.step`.
     """
-    forces, pressures, end_cycle = [], [], None
+    forces, pressures, averages, end_cycle = [], [], [], None
     turned, losses = 0.0, 0
     for cycle in range(round((seconds + RETREAT_SECONDS) / CYCLE)):
         if end_cycle is None and cycle >= round(seconds / CYCLE):
@@ -98,6 +104,7 @@ def run_contact(
         losses += touching and not pad.features and end_cycle is None
         forces.append(pad.force)
         pressures.append(pad.features.pressure if pad.features else 0.0)
+        averages.append(phases.servo.filtered[0])
         turned = max(turned, abs(pad.heading))
         if step.phase == "ended":
             break
@@ -111,7 +118,7 @@ def run_contact(
         peak_force=max(forces),
         growth=after / before if before > MAX_RETRACTED_FORCE else 0.0,
         last_force=forces[-1] if ended else max(forces[-last:]),
-        peak_pressure=max(pressures),
+        peak_pressure=max(averages),
         pressure=float(np.mean(pressures[-last:])),
         swing=float(np.std(pressures[-last:])),
         tilt=pad.tilt,
@@ -124,6 +131,23 @@ def run_contact(
 def servo_phases(preset: str, **options: Any) -> TouchPhases:
     """Return a phase machine with a servo of a preset selection and these servo options."""
     return TouchPhases(TactileServo(selection=PRESETS[preset], options=ServoOptions(**options)))
+
+
+def commissioned_phases(electronics: Electronics) -> TouchPhases:
+    """Return a phase machine that tracks, with the timing that a press of this pad shows."""
+    timing = _timing(electronics.sensor)
+    return servo_phases("track", latency=timing.latency, arm_lag=timing.lag)
+
+
+@lru_cache
+def _timing(sensor: SensorModel) -> Timing:
+    pad = CarriedPad((toy_box(),), Electronics(SEED, sensor))
+
+    def step(twist: NDArray[np.float64]) -> float:
+        pad.step(twist)
+        return pad.features.pressure
+
+    return shaken_press(step)
 
 
 def hold_contact(
@@ -166,6 +190,8 @@ def evaluate_contact(figures: ContactFigures, goal: float, wrong: str = "") -> T
         note = figures.outcome.replace("_", " ")
     elif abs(figures.pressure / goal - 1.0) > NEAR:
         note = f"no outcome, but {figures.pressure:.0f} Pa instead of {goal:.0f} Pa"
+    elif figures.peak_pressure > MAX_PEAK * goal:
+        note = f"no outcome, but a peak of {figures.peak_pressure / goal:.2f} times the goal"
     elif figures.swing > CALM * goal:
         note = f"no outcome, but the pressure varies by {figures.swing:.0f} Pa (standard deviation)"
     elif wrong:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from math import exp
 from typing import Any
@@ -18,6 +18,7 @@ from eyehand.data_synth.pad import (
     IMAGE_RATE,
     PAD_SITE,
     SENSORS,
+    PadOptions,
     PadSimulation,
     SensorModel,
     TactilePad,
@@ -48,6 +49,8 @@ class Electronics:
     """Random seed of the characteristics and faults."""
     sensor: SensorModel = SENSORS["good"]
     """Sensor model."""
+    dead: tuple[int, ...] = ()
+    """Tactels that read nothing, beside those of the model."""
 
 
 class CarriedPad:
@@ -70,6 +73,10 @@ class CarriedPad:
         Mass of objects that lie free on a table, kg. Without it the objects are held in place.
     features
         Options of the contact features.
+    play
+        Free play between the carrier and the pad along the world's z, m.
+    friction
+        Coulomb's coefficient between foam and objects; that of `PadOptions` if not given.
     """
 
     def __init__(
@@ -81,8 +88,11 @@ class CarriedPad:
         lean: Sequence[float] = (0.0, 0.0, 0.0),
         mass: float | None = None,
         features: FeatureOptions | None = None,
+        play: float = 0.0,
+        friction: float | None = None,
     ) -> None:
         self._place = np.array(place, float)
+        self._play, self._height = play, float(self._place[2])
         self._rotation = Rotation.from_rotvec([np.pi, 0.0, 0.0]) * Rotation.from_rotvec(lean)
         readout, calibration = _calibrated(electronics)
         model, data, softness = compiled_world(objects, mass)
@@ -92,6 +102,7 @@ class CarriedPad:
         pad = TactilePad(
             model,
             data,
+            options=None if friction is None else PadOptions(friction=friction),
             softness=softness,
             readout=readout,
             sensor=electronics.sensor,
@@ -155,13 +166,16 @@ class CarriedPad:
         self.features = self._reader.read(reading.raw)
 
     def _put(self) -> None:
-        self._data.mocap_pos[0] = self._place
+        half, height = 0.5 * self._play, float(self._place[2])
+        self._height = min(max(self._height, height - half), height + half)
+        self._data.mocap_pos[0] = (*self._place[:2], self._height)
         self._data.mocap_quat[0] = self._rotation.as_quat(scalar_first=True)
 
 
 @lru_cache(maxsize=64)
 def _calibrated(electronics: Electronics) -> tuple[TactileReadout, Calibration]:
     readout = electronics.sensor.readout(TACTELS, electronics.seed)
+    readout = replace(readout, dead=(*readout.dead, *electronics.dead))
     return readout, calibrate(run_bench(readout, seed=electronics.seed))
 
 
