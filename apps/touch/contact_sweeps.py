@@ -57,7 +57,13 @@ def _lost(drop: float, seed: int, method: None) -> Trial:
         lean=(TILT * np.cos(seed), TILT * np.sin(seed), 0.0),
     )
     return hold_contact(
-        pad, servo_phases("roll"), 6.0, lifts, lambda run: _excess_note("tilted by", run.tilt, FLAT)
+        pad,
+        servo_phases("roll"),
+        6.0,
+        lifts,
+        lambda run: _excess_note("tilted by", run.tilt, FLAT),
+        # The object itself jumps up against the pad, so the peak says nothing about the servo.
+        max_peak=np.inf,
     )
 
 

@@ -156,16 +156,19 @@ def hold_contact(
     seconds: float = SECONDS,
     lifts: Callable[[float], Sequence[float]] | None = None,
     find_error: Callable[[ContactFigures], str] = lambda figures: "",
+    max_peak: float = MAX_PEAK,
 ) -> Trial:
     """Run one contact (:func:`run_contact`) and evaluate it (:func:`evaluate_contact`).
 
     `find_error` returns the error that only this sweep can detect, or an empty string.
     """
     figures = run_contact(pad, phases, seconds, lifts)
-    return evaluate_contact(figures, phases.servo.goal.pressure, find_error(figures))
+    return evaluate_contact(figures, phases.servo.goal.pressure, find_error(figures), max_peak)
 
 
-def evaluate_contact(figures: ContactFigures, goal: float, wrong: str = "") -> Trial:
+def evaluate_contact(
+    figures: ContactFigures, goal: float, wrong: str = "", max_peak: float = MAX_PEAK
+) -> Trial:
     """Evaluate whether a contact was kept and stayed safe.
 
     Parameters
@@ -176,6 +179,8 @@ def evaluate_contact(figures: ContactFigures, goal: float, wrong: str = "") -> T
         Goal pressure, Pa.
     wrong
         Error that the sweep itself detected, or an empty string.
+    max_peak
+        Maximum averaged pressure, as a share of the goal.
 
     Returns
     -------
@@ -190,7 +195,7 @@ def evaluate_contact(figures: ContactFigures, goal: float, wrong: str = "") -> T
         note = figures.outcome.replace("_", " ")
     elif abs(figures.pressure / goal - 1.0) > NEAR:
         note = f"no outcome, but {figures.pressure:.0f} Pa instead of {goal:.0f} Pa"
-    elif figures.peak_pressure > MAX_PEAK * goal:
+    elif figures.peak_pressure > max_peak * goal:
         note = f"no outcome, but a peak of {figures.peak_pressure / goal:.2f} times the goal"
     elif figures.swing > CALM * goal:
         note = f"no outcome, but the pressure varies by {figures.swing:.0f} Pa (standard deviation)"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from math import exp
+from math import ceil, exp
 from typing import Any
 
 import numpy as np
@@ -122,7 +122,10 @@ class CarriedPad:
         """True normal force, N."""
         self.features: ContactFeatures
         """Contact features of the last image."""
-        self.step(np.zeros(6))
+        # Until the first image has arrived, the sensor repeats it.
+        for _ in range(1 + ceil(electronics.sensor.wait / CYCLE)):
+            self.step(np.zeros(6))
+        self._monitor, self.fault = SensorMonitor(info, calibration), None
 
     @property
     def tilt(self) -> float:
