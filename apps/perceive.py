@@ -72,6 +72,8 @@ def perceive_command(
         Print one JSON object on stdout; the table goes to stderr.
     """
     check_source(frame, oak, record, frames, topic)
+    if mcap is not None and mcap.resolve() in [one.resolve() for one in (frame, record) if one]:
+        raise InputError(f"--mcap must name another file than the recording, got {mcap}")
     rows = []
     count = 0
     stream = open_frames(frame, camera, oak, record, frames, topic)

@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 TITLE = "eyehand touch"
 UPDATE_SECONDS = 0.05
 """Wall time between two updates of the page, s."""
+MESSAGE_SECONDS = 4.0
+"""Wall time for which a message stays, s."""
 MIN_FULL = 200.0
 """Minimum pressure of the brightest colour, Pa: noise alone stays dark."""
 FADE = 0.98
@@ -58,6 +60,7 @@ class TouchPage:
         self.zero_wanted = False
         """Whether the button was pressed."""
         self._full, self._shown = MIN_FULL, 0.0
+        self._message, self._message_end = "", 0.0
 
     @property
     def address(self) -> str:
@@ -82,10 +85,11 @@ class TouchPage:
             self._picture.image = touch_picture(
                 image, reading.features, self._full, reading.side_force
             )
-            self.text.content = self._text(reading)
+            self.text.content = self._message if now < self._message_end else self._text(reading)
 
     def say(self, message: str) -> None:
-        """Show a message in place of the features."""
+        """Show a message in place of the features for some seconds."""
+        self._message, self._message_end = message, time.monotonic() + MESSAGE_SECONDS
         self.text.content = message
 
     def _text(self, reading: ContactReading) -> str:

@@ -5,18 +5,15 @@ from __future__ import annotations
 import time
 from contextlib import ExitStack
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from eyehand.errors import InputError
+from eyehand.errors import DeviceError, InputError
 from eyehand.tactile import load_calibration
 from eyehand.tactile.sensors import ContactSensor, TactileRecorder
 
 from ..console import print_json, say
+from ..output_files import make_folder
 from .touch_page import TouchPage
 from .view_sources import counts_calibration, open_source
-
-if TYPE_CHECKING:
-    pass
 
 DEFAULT_PORT = 8080
 """Port of the page unless it is taken."""
@@ -67,6 +64,7 @@ def touch_view(
         contact = ContactSensor(sensor, known or counts_calibration(sensor))
         recorder = None
         if out is not None:
+            make_folder(out.parent)
             recorder = stack.enter_context(TactileRecorder(out, sensor.info, known))
         page = stack.enter_context(TouchPage(contact, "Pa" if known else "counts", port))
         say(f"live page at {page.address} - Ctrl-C ends it")
@@ -117,7 +115,8 @@ def _run(
                     recorder.write(reading.frame)
                 first = reading.frame.time if first is None else first
                 passed = reading.frame.time - first
-                _keep_pace(start, passed)
+                # Simulations may be faster than real time.
+                time.sleep(min(max(start + passed - time.monotonic(), 0.0), 2.0 * period))
             if seconds is not None and passed >= seconds:
                 break
     except KeyboardInterrupt:
@@ -125,13 +124,8 @@ def _run(
     return forces, faults, frames
 
 
-def _keep_pace(start: float, passed: float) -> None:
-    """Wait until the wall clock has reached the sensor's time: simulations may be faster."""
-    time.sleep(max(start + passed - time.monotonic(), 0.0))
-
-
 def _zero(contact: ContactSensor, page: TouchPage) -> None:
     try:
         contact.zero()
-    except InputError as error:
+    except (InputError, DeviceError, OSError) as error:
         page.say(f"**not zeroed:** {error}")

@@ -31,6 +31,8 @@ COMPRESSED_HEAD = struct.Struct("<iff")
 """Start of a compressedDepth image: format, and the two parameters of its quantised depth."""
 PINHOLE = ("plumb_bob", "rational_polynomial", "")
 """Distortion models that OpenCV corrects, and none."""
+RECTIFIED = "image_rect"
+"""Part of the name of topics with images that ROS has corrected for the lens."""
 MAX_RECORD_BYTES = 1 << 28
 """Maximum size of a record. A chunk of a recorder has some MB."""
 
@@ -83,14 +85,17 @@ class RosRecording:
             info = next((message for _, message in self._messages([self._info])), None)
         for number, (_, message) in enumerate(self._messages([self.topic])):
             with naming(f"{self.path}: image {number} of {self.topic}"):
-                depth = _depth(message)
+                with self._damage():
+                    depth = _depth(message)
                 if not depth.any():
                     continue
                 height, width = depth.shape
                 if info is None:
                     camera = self._camera_file(width, height)
                 else:
-                    camera, depth = _undistorted(info, depth)
+                    rectified = RECTIFIED in self.topic
+                    with self._damage():
+                        camera, depth = _undistorted(info, depth, rectified=rectified)
                 yield DepthFrame(depth, camera.intrinsics, camera.T_world_camera)
 
     def _camera_file(self, width: int, height: int) -> CameraFile:
@@ -273,13 +278,22 @@ def _without_gaps(depth: NDArray[np.floating]) -> NDArray[np.float32]:
     return np.where(np.isfinite(metres), metres, np.float32(0.0))
 
 
-def _undistorted(info: Any, depth: NDArray[np.float32]) -> tuple[CameraFile, NDArray[np.float32]]:
-    """Return the pinhole camera of a CameraInfo, and the image that it would have taken."""
+def _undistorted(
+    info: Any, depth: NDArray[np.float32], *, rectified: bool
+) -> tuple[CameraFile, NDArray[np.float32]]:
+    """Return the pinhole camera of a CameraInfo, and the image that it would have taken.
+
+    A rectified image is already that of the pinhole camera `p`; `k` and `d` are of the raw image.
+    """
     height, width = depth.shape
     if (info.height, info.width) != (height, width):
         raise InputError(
             f"it is {width}x{height} px, but CameraInfo is of {info.width}x{info.height} px"
         )
+    if rectified and info.p[0] > 0.0:
+        P = np.array(info.p, dtype=np.float64).reshape(3, 4)
+        name = "CameraInfo p (row-major)"
+        return CameraFile(intrinsics_from_matrix(P[:, :3], width, height, name)), depth
     K = np.array(info.k, dtype=np.float64).reshape(3, 3)
     camera: CameraIntrinsics = intrinsics_from_matrix(K, width, height, "CameraInfo k (row-major)")
     lens = np.array(info.d, dtype=np.float64)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from eyehand.errors import DeviceError
+from eyehand.errors import DeviceError, InputError
 
 from ..calibration import Calibration
 from ..feature_reader import FeatureReader
@@ -51,7 +51,7 @@ class ContactSensor:
     Raises
     ------
     InputError
-        If the calibration belongs to another number of tactels.
+        If the calibration belongs to another number of tactels, or of bits.
     """
 
     def __init__(
@@ -60,6 +60,11 @@ class ContactSensor:
         calibration: Calibration,
         options: FeatureOptions | None = None,
     ) -> None:
+        if calibration.bits != sensor.info.bits:
+            raise InputError(
+                f"{sensor.info.name} has {sensor.info.bits} bits, and its calibration "
+                f"{calibration.bits}"
+            )
         self.sensor = sensor
         self._reader = FeatureReader(calibration, sensor.info.array, options)
         self.rest = RestTracker(calibration)
@@ -99,15 +104,21 @@ class ContactSensor:
         ----------
         dt
             Control period, s.
+
+        Raises
+        ------
+        InputError
+            If the image does not belong to the sensor's description.
         """
         try:
             frame = self.sensor.read(dt)
         except (DeviceError, OSError):
             frame = None
+        if frame is not None:
+            frame.check(self.sensor.info)
         fault = self._monitor.check(frame, dt)
         side_force = None
         if frame is not None:
-            frame.check(self.sensor.info)
             passed = 0.0 if self._time is None else frame.time - self._time
             self._time = frame.time
             self._features = self._reader.read(self.rest.correct(frame.raw, min(passed, MAX_STEP)))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import secrets
-import struct
 import time
 from pathlib import Path
 from types import TracebackType
@@ -30,6 +29,8 @@ INFO_TOPIC, FRAME_TOPIC = "/tactile/info", "/tactile/frames"
 CALIBRATION = "calibration.npz"
 """Name of the attachment with the calibration, as `save_calibration` writes it."""
 SUFFIX = ".mcap"
+MAX_RECORD_BYTES = 1 << 28
+"""Maximum size of a record of a file that is played, bytes."""
 
 
 class TactileRecorder:
@@ -64,6 +65,7 @@ class TactileRecorder:
         if not self._path.parent.is_dir():
             raise InputError(f"cannot write {path}: folder {self._path.parent} does not exist")
         self._temporary = self._path.parent / f".{secrets.token_hex(8)}{SUFFIX}"
+        self._failed = False
         try:
             self._file = self._temporary.open("wb")
         except OSError as error:
@@ -104,6 +106,7 @@ class TactileRecorder:
         try:
             self._writer.add_message(self._channel, stamp, encode_frame(frame), stamp, self.frames)
         except OSError as error:
+            self._failed = True
             raise DeviceError(f"cannot write {self._path}: {error.strerror}") from error
         self.frames += 1
 
@@ -116,11 +119,11 @@ class TactileRecorder:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        """Finish the file. An interrupted recording is kept, unless writing failed."""
+        """Finish the file. It is kept after an error of the sensor, but not if writing failed."""
         try:
             self._writer.finish()
             self._file.close()
-            if not isinstance(error, DeviceError):
+            if not self._failed:
                 self._temporary.replace(self._path)
         except OSError as fault:
             raise DeviceError(f"cannot write {self._path}: {fault.strerror}") from fault
@@ -146,7 +149,7 @@ class RecordedSensor:
     """
 
     def __init__(self, path: Path | str, speed: float = 0.0) -> None:
-        from mcap.reader import make_reader
+        from mcap.reader import SeekingReader
 
         self._path, self._speed = Path(path), speed
         if not 0 <= speed < float("inf"):
@@ -155,7 +158,11 @@ class RecordedSensor:
             self._file = self._path.open("rb")
         except OSError as error:
             raise InputError(f"cannot read recording {path}: {error.strerror}") from error
-        self._reader = self._guarded(lambda: make_reader(self._file))
+        self._reader = self._guarded(
+            lambda: SeekingReader(
+                self._file, validate_crcs=True, record_size_limit=MAX_RECORD_BYTES
+            )
+        )
         self._messages = iter(())
         info = self._next_of(INFO_TOPIC)
         if info is None:
@@ -217,14 +224,16 @@ class RecordedSensor:
         return None if first is None else first[2].data
 
     def _guarded(self, action: Any) -> Any:
-        """Run an action; damage of the file becomes an `InputError` with the file's name."""
-        from mcap.exceptions import McapError
+        """Run an action; damage of the file becomes an `InputError` with the file's name.
 
+        The decoders of chunks check little themselves, so damage raises exceptions of many types.
+        """
         try:
             return action()
-        except (InputError, McapError, struct.error, ValueError, OSError, EOFError) as error:
+        except Exception as error:
             self._file.close()
-            raise InputError(f"{self._path} is not a tactile recording: {error}") from error
+            fault = " ".join(str(error).split()) or type(error).__name__
+            raise InputError(f"{self._path} is not a tactile recording: {fault}") from error
 
 
 def record(sensor: Any, path: Path | str, seconds: float, calibration: Any = None) -> int:

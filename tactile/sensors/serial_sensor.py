@@ -38,6 +38,8 @@ CLOCK_SPAN = 2**32
 """Microseconds after which the sensor's clock starts again."""
 SHEAR_PER_COUNT = 1.0
 """Default scale of shear, Pa per count."""
+MAX_SIDE = 255
+"""Maximum number of rows and columns: each is one byte of a frame."""
 
 
 class SerialSensor:
@@ -61,7 +63,8 @@ class SerialSensor:
     Raises
     ------
     InputError
-        If the array is not a grid, or the system does not know the baud rate.
+        If the array is not a grid of at most 255 rows and columns, or the system does not know
+        the baud rate.
     DeviceError
         If the port cannot be opened.
     """
@@ -75,6 +78,11 @@ class SerialSensor:
     ) -> None:
         if info.array.grid is None:
             raise InputError(f"{info.name}: a serial sensor needs a grid of tactels")
+        if max(info.array.grid) > MAX_SIDE:
+            raise InputError(
+                f"{info.name}: a serial frame has at most {MAX_SIDE} rows and columns, got "
+                f"{info.array.grid}"
+            )
         speed = getattr(termios, f"B{baud}", None)
         if speed is None:
             raise InputError(f"this system has no serial line with {baud} baud")
@@ -82,7 +90,7 @@ class SerialSensor:
         self._layout = (*info.array.grid, 3 if info.shear else 1)
         self._length = _HEADER.size + 2 * int(np.prod(self._layout)) + _CRC.size
         self._buffer = bytearray()
-        self._clock, self._turns = 0, 0
+        self._clock, self._start = 0, 0
         self.damaged = 0
         """Number of damaged frames so far."""
         try:
@@ -110,7 +118,9 @@ class SerialSensor:
         Raises
         ------
         DeviceError
-            If the line was closed, or the sensor has another number of tactels.
+            If the line was closed.
+        InputError
+            If the sensor has another number of tactels.
         """
         end = time.monotonic() + timeout
         while True:
@@ -154,7 +164,7 @@ class SerialSensor:
                 break
             frame = bytes(self._buffer[: self._length])
             if (rows, columns, channels) == self._layout and _is_undamaged(frame):
-                self._turns += clock < self._clock
+                self._start += self._skipped(clock)
                 self._clock, newest = clock, frame
                 del self._buffer[: self._length]
             else:
@@ -162,13 +172,23 @@ class SerialSensor:
                 del self._buffer[: len(SYNC)]
         return None if newest is None else self._decoded(newest)
 
+    def _skipped(self, clock: int) -> int:
+        """Return by how much the start of the clock moves, µs, so that times never decrease.
+
+        A clock that starts again far below its span was reset: the next image is a period later.
+        """
+        fallen = self._clock - clock
+        if fallen <= 0:
+            return 0
+        return CLOCK_SPAN if fallen > CLOCK_SPAN // 2 else fallen + round(1e6 / self._info.rate)
+
     def _check_layout(self, layout: tuple[int, int, int]) -> None:
-        """Raise a `DeviceError` if an undamaged frame has another layout."""
+        """Raise an `InputError` if an undamaged frame has another layout."""
         length = _HEADER.size + 2 * int(np.prod(layout)) + _CRC.size
         if layout == self._layout or len(self._buffer) < length:
             return
         if _is_undamaged(bytes(self._buffer[:length])):
-            raise DeviceError(
+            raise InputError(
                 f"{self._port} sends {layout[0]} x {layout[1]} tactels with {layout[2]} values, "
                 f"{self._info.name} needs {self._layout[0]} x {self._layout[1]} with "
                 f"{self._layout[2]}"
@@ -181,7 +201,7 @@ class SerialSensor:
             columns = values.reshape(-1, 3)
             raw = columns[:, 0].astype(np.uint16)
             shear = self._scale * columns[:, 1:].astype(np.int16).astype(np.float64)
-        return TactileFrame(1e-6 * (self._turns * CLOCK_SPAN + self._clock), raw, shear)
+        return TactileFrame(1e-6 * (self._start + self._clock), raw, shear)
 
 
 def serial_16x16(port: Path | str, rate: float = 300.0, bits: int = 12) -> SerialSensor:

@@ -76,6 +76,7 @@ def test_recording_is_perceived_and_its_scene_written(bag, tmp_path, capsys):
         ((SAMPLE, "--mcap", "a.bag"), "--mcap must name an .mcap file, got a.bag"),
         (("bag.mcap", "--topic", "/a"), "topic /a is not in the recording"),
         (("half.mcap",), "truncated"),
+        (("bag.mcap", "--mcap", "bag.mcap"), "--mcap must name another file than the recording"),
     ],
 )
 def test_unusable_recording_is_named_in_one_line(bag, arguments, fault, monkeypatch, capsys):

@@ -11,13 +11,20 @@ import numpy as np
 import pytest
 
 from eyehand.apps.fitting.page_server import ANY_PORT
-from eyehand.apps.touch.touch_page import TouchPage
+from eyehand.apps.touch import view
+from eyehand.apps.touch.touch_page import MESSAGE_SECONDS, TouchPage
 from eyehand.apps.touch.touch_picture import touch_picture
 from eyehand.apps.touch.view import touch_view
 from eyehand.apps.touch.view_sources import counts_calibration, open_source
 from eyehand.errors import DeviceError, InputError
 from eyehand.tactile import TactileArray, TactileImage, contact_features
-from eyehand.tactile.sensors import ContactSensor, RecordedSensor, TactileFrame, encode_serial
+from eyehand.tactile.sensors import (
+    ContactSensor,
+    RecordedSensor,
+    TactileFrame,
+    encode_serial,
+    record,
+)
 
 
 def test_picture_has_brightest_tactel_at_its_place_and_marks_the_centre():
@@ -60,7 +67,7 @@ def test_page_serves_features_and_faults(capfd):
 
 
 def test_simulated_sensor_is_recorded_with_calibration_and_played(tmp_path, capsys):
-    path = tmp_path / "touch.mcap"
+    path = tmp_path / "new" / "touch.mcap"
     assert touch_view("good", out=path, seconds=1.0, port=ANY_PORT, json=True) == 0
     (row,) = json.loads(capsys.readouterr().out)["rows"]
     assert row["images"] == 251
@@ -70,6 +77,39 @@ def test_simulated_sensor_is_recorded_with_calibration_and_played(tmp_path, caps
     assert touch_view(str(path), seconds=0.9, port=ANY_PORT, json=True) == 0
     (played,) = json.loads(capsys.readouterr().out)["rows"]
     assert 0.9 * row["max_force_n"] < played["max_force_n"] <= row["max_force_n"]
+
+
+def test_failed_zeroing_is_shown_and_the_recording_goes_on(tmp_path, monkeypatch):
+    path, pages = tmp_path / "a.mcap", []
+    sensor, calibration = open_source("good", 0)
+    record(sensor, path, 0.1, calibration)
+
+    class Pressed(TouchPage):
+        def __enter__(self) -> TouchPage:
+            pages.append(self)
+            self.show = lambda reading: setattr(self, "zero_wanted", reading.frame is None)
+            return self
+
+    monkeypatch.setattr(view, "TouchPage", Pressed)
+    assert touch_view(str(path), out=tmp_path / "b.mcap", seconds=0.5, port=ANY_PORT) == 0
+    assert "not zeroed:** simulated pad, good returned 0 of 50" in pages[0].text.content
+    assert len(list(iter(RecordedSensor(tmp_path / "b.mcap").read, None))) > 20
+
+
+def test_message_stays_for_a_while(monkeypatch):
+    sensor, calibration = open_source("good", 0)
+    assert calibration is not None
+    contact = ContactSensor(sensor, calibration)
+    now = [100.0]
+    monkeypatch.setattr("eyehand.apps.touch.touch_page.time.monotonic", lambda: now[0])
+    with TouchPage(contact, "Pa", ANY_PORT) as page:
+        page.say("**not zeroed**")
+        now[0] += 1.0
+        page.show(contact.read(0.004))
+        assert page.text.content == "**not zeroed**"
+        now[0] += MESSAGE_SECONDS
+        page.show(contact.read(0.004))
+        assert "brightest colour" in page.text.content
 
 
 def test_serial_sensor_without_calibration_is_shown_in_counts(capsys):

@@ -14,7 +14,7 @@ import pytest
 from eyehand.errors import InputError
 from eyehand.perception import CameraIntrinsics, DepthFrame
 from eyehand.perception.cameras import RosRecording, is_ros_recording, write_ros_frames
-from eyehand.perception.cameras.ros_messages import definition, ros_header, ros_writer
+from eyehand.perception.cameras.ros_messages import DEFINITIONS, definition, ros_header, ros_writer
 
 pytest.importorskip("mcap_ros2", reason="recordings of ROS 2 need the extra [ros]")
 
@@ -149,6 +149,25 @@ def test_lens_distortion_is_corrected(tmp_path):
     assert seen.mean() > 0.8
     expected = np.broadcast_to(0.5 + 0.01 * np.arange(WIDTH), seen.shape)
     np.testing.assert_allclose(read.depth[seen], expected[seen], atol=0.0075)
+
+
+def test_rectified_image_has_the_projection_of_its_camera_info(tmp_path, depth):
+    projection = [70.0, 0.0, 30.0, 0.0, 0.0, 71.0, 20.0, 0.0, 0.0, 0.0, 1.0, 0.0]
+    info = camera_info(d=[0.2, -0.1, 0.0, 0.0, 0.0], p=projection)
+    topic = "/camera/depth/image_rect"
+    path = write(tmp_path / "a.mcap", [("Image", image(depth, "32FC1"))], topic, info)
+    frame = only_frame(path)
+    np.testing.assert_array_equal(frame.depth, depth)
+    k = frame.intrinsics
+    assert (k.fx, k.fy, k.cx, k.cy) == (70.0, 71.0, 30.0, 20.0)
+
+
+def test_message_without_the_fields_of_its_type_is_refused(tmp_path, depth, monkeypatch):
+    short = "std_msgs/Header header\nuint32 height\nuint32 width"
+    monkeypatch.setitem(DEFINITIONS, "sensor_msgs/Image", short)
+    path = write(tmp_path / "a.mcap", [("Image", image(depth, "32FC1"))], info=camera_info())
+    with pytest.raises(InputError, match="has no attribute 'encoding'"):
+        only_frame(path)
 
 
 def test_camera_file_replaces_camera_info(tmp_path, depth):

@@ -139,6 +139,21 @@ def test_zeroing_a_silent_sensor_is_a_device_error():
         ContactSensor(sensor, CALIBRATION).zero()
 
 
+def test_image_of_another_array_and_calibration_of_another_converter_are_input_errors():
+    class Short(WorldSensor):
+        def read(self, timeout: float = 1.0) -> TactileFrame | None:
+            """Leave out a tactel."""
+            frame = super().read(timeout)
+            return frame and TactileFrame(frame.time, frame.raw[1:])
+
+    with pytest.raises(InputError, match="raw must be 256 uint16"):
+        ContactSensor(Short(box()), CALIBRATION).read(DT)
+    sensor = WorldSensor(box())
+    sensor.info = SensorInfo("pad", TactileArray.flat(), 250.0, 16)
+    with pytest.raises(InputError, match="pad has 16 bits, and its calibration 12"):
+        ContactSensor(sensor, CALIBRATION)
+
+
 def test_shear_becomes_side_force():
     class Shearing(WorldSensor):
         def read(self, timeout: float = 1.0) -> TactileFrame | None:

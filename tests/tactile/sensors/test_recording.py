@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from eyehand.errors import InputError
+from eyehand.errors import DeviceError, InputError
 from eyehand.tactile import BenchRun, TactileArray, calibrate
 from eyehand.tactile.sensors import (
     RecordedSensor,
@@ -106,6 +106,53 @@ def test_playback_in_real_time_keeps_the_time_between_images(tmp_path):
     # The next image is 40 ms away at a tenth of the speed.
     assert player.read(0.001) is None
     assert player.read(1.0) is not None
+
+
+def test_recording_is_kept_if_the_sensor_is_lost_but_not_if_writing_fails(tmp_path, monkeypatch):
+    class Unplugged(ListSensor):
+        def read(self, timeout: float = 1.0) -> TactileFrame:
+            """Return the next image; after the last one the device is gone."""
+            frame = super().read(timeout)
+            if frame is None:
+                raise DeviceError("unplugged")
+            return frame
+
+    with pytest.raises(DeviceError, match="unplugged"):
+        record(Unplugged(TIP, frames(TIP, 7)), tmp_path / "a.mcap", 1e3)
+    assert len(list(iter(RecordedSensor(tmp_path / "a.mcap").read, None))) == 7
+
+    def full(*message: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    recorder, image = TactileRecorder(tmp_path / "b.mcap", TIP), frames(TIP, 1)[0]
+    monkeypatch.setattr(recorder._writer, "add_message", full)
+    with pytest.raises(DeviceError, match="No space left"), recorder:
+        recorder.write(image)
+    assert [child.name for child in tmp_path.iterdir()] == ["a.mcap"]
+
+
+def test_changed_recordings_are_refused_or_play_unchanged(tmp_path):
+    images, path = frames(FLAT), tmp_path / "a.mcap"
+    record(ListSensor(FLAT, images), path, 1e3, calibrate(bench(24)))
+    whole, rng, refused = path.read_bytes(), np.random.default_rng(0), 0
+    for kind in range(300):
+        data, place = bytearray(whole), int(rng.integers(len(whole) - 8))
+        if kind % 3 == 0:
+            data[place] ^= 1 << int(rng.integers(8))
+        elif kind % 3 == 1:
+            data[place : place + 8] = b"\xff" * 8
+        else:
+            del data[place : place + int(rng.integers(1, 40))]
+        path.write_bytes(data)
+        try:
+            sensor = RecordedSensor(path)
+            found = list(iter(sensor.read, None))
+            assert sensor.calibration is not None or b"calibration.npz" not in data
+        except InputError:
+            refused += 1
+        else:
+            assert all(np.array_equal(a.raw, b.raw) for a, b in zip(found, images, strict=False))
+    assert refused > 200
 
 
 @pytest.mark.parametrize("cut", [8, 200, 1000, 2000])

@@ -8,8 +8,11 @@ import threading
 import numpy as np
 import pytest
 
-from eyehand.errors import DeviceError
+from eyehand.errors import DeviceError, InputError
+from eyehand.tactile import TactileArray
 from eyehand.tactile.sensors import (
+    SensorInfo,
+    SerialSensor,
     TactileFrame,
     encode_serial,
     serial_4x6_shear,
@@ -102,11 +105,33 @@ def test_clock_continues_when_it_overflows(line):
     sensor.close()
 
 
-def test_other_layout_and_disconnection_are_device_errors(line):
+def test_clock_continues_a_period_later_when_the_sensor_is_reset(line):
+    master, name = line
+    sensor = serial_16x16(name)
+    times = []
+    for seconds in (100.0, 100.01, 0.5, 0.51):
+        os.write(master, encode_serial(TactileFrame(seconds, image(0).raw), (16, 16)))
+        found = sensor.read()
+        assert found is not None
+        times.append(found.time)
+    assert np.diff(times) == pytest.approx([0.01, 1 / 300, 0.01], abs=1e-6)
+    sensor.close()
+
+
+def test_array_that_a_frame_cannot_describe_is_refused(line):
+    wide = SensorInfo("wide", TactileArray.flat(2, 256), 10.0)
+    with pytest.raises(InputError, match=r"at most 255 rows and columns, got \(2, 256\)"):
+        SerialSensor(line[1], wide)
+    scattered = SensorInfo("tip", TactileArray.fingertip(), 10.0)
+    with pytest.raises(InputError, match="needs a grid"):
+        SerialSensor(line[1], scattered)
+
+
+def test_other_layout_and_disconnection_are_errors(line):
     master, name = line
     sensor = serial_16x16(name)
     os.write(master, encode_serial(image(0, 24), (4, 6)) * 8)
-    with pytest.raises(DeviceError, match="sends 4 x 6 tactels"):
+    with pytest.raises(InputError, match="sends 4 x 6 tactels"):
         sensor.read()
     sensor.close()
     sensor = serial_16x16(name)
