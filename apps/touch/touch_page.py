@@ -81,10 +81,10 @@ class TouchPage:
         self._shown = now
         image = self._contact.image
         self._full = max(float(image.pressures.max()), FADE * self._full, MIN_FULL)
+        # The arrow is the ratio of two forces. Without calibration the normal force is unknown.
+        side_force = reading.side_force if self._unit == "Pa" else None
         with self._server.atomic():
-            self._picture.image = touch_picture(
-                image, reading.features, self._full, reading.side_force
-            )
+            self._picture.image = touch_picture(image, reading.features, self._full, side_force)
             self.text.content = self._message if now < self._message_end else self._text(reading)
 
     def say(self, message: str) -> None:

@@ -65,8 +65,11 @@ def counts_calibration(sensor: TactileSensor) -> Calibration:
     InputError
         If no images arrive.
     """
-    frames = [sensor.read() for _ in range(REST_IMAGES)]
-    raws = np.array([frame.raw for frame in frames if frame is not None], float)
+    images = []
+    # A silent sensor is given up after one timeout.
+    while len(images) < REST_IMAGES and (frame := sensor.read()) is not None:
+        images.append(frame.raw)
+    raws = np.array(images, float)
     if len(raws) < REST_IMAGES:
         raise InputError(
             f"{sensor.info.name} returned {len(raws)} of {REST_IMAGES} images at rest; without a "

@@ -87,8 +87,10 @@ class ContactSensor:
         DeviceError
             If images do not arrive.
         """
-        frames = [self.sensor.read() for _ in range(images)]
-        raws = [frame.raw for frame in frames if frame is not None]
+        raws = []
+        # A silent sensor is given up after one timeout.
+        while len(raws) < images and (frame := self.sensor.read()) is not None:
+            raws.append(frame.raw)
         if len(raws) < images:
             raise DeviceError(
                 f"{self.sensor.info.name} returned {len(raws)} of {images} images for zeroing"

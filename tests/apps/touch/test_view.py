@@ -158,12 +158,36 @@ def test_counts_calibration_needs_images():
 
     class Silent:
         info = sensor.info
+        waits = 0
 
         def read(self, timeout: float = 1.0) -> None:
             """Return nothing."""
+            self.waits += 1
 
         def close(self) -> None:
             """Do nothing."""
 
+    silent = Silent()
     with pytest.raises(InputError, match="0 of 50 images"):
-        counts_calibration(Silent())
+        counts_calibration(silent)
+    assert silent.waits == 1
+
+
+def test_side_force_is_drawn_only_with_a_calibration(monkeypatch):
+    sensor, calibration = open_source("real", 0)
+    assert calibration is not None
+    contact = ContactSensor(sensor, calibration)
+    reading = [contact.read(0.004) for _ in range(190)][-1]
+    assert reading.side_force is not None
+    drawn = []
+
+    def picture(image, features, full, side_force):
+        drawn.append(side_force)
+        return touch_picture(image, features, full, side_force)
+
+    monkeypatch.setattr("eyehand.apps.touch.touch_page.touch_picture", picture)
+    for unit in ("Pa", "counts"):
+        with TouchPage(contact, unit, ANY_PORT) as page:
+            page.show(reading)
+    assert drawn[0] is reading.side_force
+    assert drawn[1] is None
