@@ -21,7 +21,13 @@ from .dials import CONTROL, DEFAULT, PERCEPTION
 from .jobs import Condition, Family, run_grasp_trial
 from .protocol_settings import ProtocolChoice
 from .row_store import PICK
-from .run_inputs import checked_machines, checked_scenes, trial_extras
+from .run_inputs import (
+    check_objects_fit,
+    checked_machines,
+    checked_scenes,
+    trial_extras,
+    with_objects,
+)
 from .stored_run import RunPlan, exit_code, flat_rows, print_run_json, run_plan
 from .summary import Record, by_row
 from .summary_table import grasp_table
@@ -51,13 +57,15 @@ def chart_grasp(
     fresh: bool = False,
     out: Path | None = None,
     json: bool = False,
-    public: Annotated[ProtocolChoice | None, Parameter(name="*", group="Public protocol")] = None,
+    public: Annotated[
+        ProtocolChoice | None, Parameter(name="*", group="Objects and public protocol")
+    ] = None,
 ) -> int:
     """Chart seconds per pick against success over the dials of perception and control.
 
     The time of a pick is the robot time plus the times of perception and planning. All dials run
-    on the same scenes. The same command continues a stopped run. Writes grasp.png and its figures,
-    grasp.csv.
+    on the same scenes. Objects are solids, or drawn from the folder --objects. The same command
+    continues a stopped run. Writes grasp.png and its figures, grasp.csv.
 
     Parameters
     ----------
@@ -88,7 +96,7 @@ def chart_grasp(
     json
         Print one JSON object on stdout; the table goes to stderr.
     public
-        The public protocol instead of the own one.
+        The objects, and the public protocol instead of the own one.
     """
     public = public or ProtocolChoice()
     if public.protocol == "clutter-removal":
@@ -107,7 +115,9 @@ def chart_grasp(
         Condition(family, friction, shake, perception=perception, control=control)
         for perception, control in settings
     ]
-    extras = trial_extras("lift", None)
+    conditions = with_objects(conditions, public.objects, public.split, None)
+    extras = trial_extras("lift", public.objects)
+    check_objects_fit(public.objects, conditions, seeds, count)
     plan = RunPlan.of(conditions, seeds, count, extras, out, OUT)
     done = run_plan(plan, machines, run_grasp_trial, fresh=fresh)
     records = by_row(done.records)
@@ -126,7 +136,9 @@ def chart_grasp(
     front = dial_front(points, [row["picks"] for row in drawn])
     for index, row in enumerate(drawn):
         row["on_front"] = index in front
-    data = f"{family} scenes, friction {friction:g}" + (f", shake {shake:g} s" if shake else "")
+    drawn_from = "solids" if public.objects is None else f"{public.split} objects of a folder"
+    data = f"{family} scenes of {drawn_from}, friction {friction:g}"
+    data += f", shake {shake:g} s" if shake else ""
     min_picks = min(row["picks"] for row in drawn)
     data = f"{data}, {len(seeds)} of them at each dial, at least"
     provenance = Provenance(data, seed, min_picks, "pick")

@@ -17,7 +17,7 @@ QUICK_ROUNDS = 1
 
 @dataclass(frozen=True)
 class ProtocolChoice:
-    """Options of `chart grasp` that choose the public protocol."""
+    """Options of `chart grasp` that choose the objects and the public protocol."""
 
     protocol: Literal["own", "clutter-removal"] = "own"
     """clutter-removal: chart the planning time of a gripper against success in the public protocol
@@ -29,7 +29,8 @@ class ProtocolChoice:
     known_table: bool = False
     """Correct scale and tilt of its image from the known height of the table."""
     objects: Path | None = None
-    """Folder with the subfolders packed and pile, or with the objects of the family."""
+    """Folder of meshes (.obj, .stl) or URDFs to draw the objects from, instead of solids. The
+    public protocol also takes a folder with the subfolders packed and pile."""
     split: Literal["all", "development", "held-out"] = "all"
     """Objects of the folder: all, or one half by their names."""
     hand: str = "panda"

@@ -72,6 +72,14 @@ def records(made_up, conditions, seeds=range(4)):
     ]
 
 
+def write_crate(path, width):
+    """Write the mesh of a box of this width, m, that is half as high."""
+    corners = [f"v {x} {y} {z}" for x in (0, width) for y in (0, width) for z in (0, 0.5 * width)]
+    quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    faces = [f"f {a + 1} {b + 1} {c + 1} {d + 1}" for a, b, c, d in quads]
+    path.write_text("\n".join([*corners, *faces]) + "\n")
+
+
 def test_default_run_has_seven_rows_and_writes_files(run, tmp_path):
     code, out, err = run(
         "evaluate", "grasp", "--scenes", 3, "--jobs", 2, "--out", tmp_path, "--json"
@@ -140,6 +148,23 @@ def test_chart_has_default_and_front(run, tmp_path):
     assert (tmp_path / "grasp.csv").is_file()
 
 
+def test_chart_draws_objects_from_folder(run, tmp_path):
+    for name in ("crate", "parcel"):
+        write_crate(tmp_path / f"{name}.obj", 0.05)
+    quick = ["chart", "grasp", "--quick", "--jobs", 1, "--out", tmp_path / "out", "--json"]
+    chosen = ["--family", "pile", "--objects", tmp_path, "--split", "held-out"]
+    code, out, err = run(*quick, *chosen)
+    assert code == 0, err
+    assert all("held-out objects" in row["name"] for row in json.loads(out)["rows"])
+    assert json.loads((tmp_path / "out" / "options.json").read_text())["objects_dir"] == str(
+        tmp_path
+    )
+    code, _, err = run(*quick, "--split", "held-out")
+    assert (code, "--split and --density need --objects FOLDER" in err) == (2, True)
+    code, _, err = run(*quick, "--objects", tmp_path / "none")
+    assert (code, "no folder" in err) == (2, True)
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
@@ -203,10 +228,7 @@ def test_invalid_robot_is_refused_before_run(run, tmp_path):
 
 
 def test_too_many_meshes_are_refused_before_run(run, tmp_path):
-    corners = [f"v {x} {y} {z}" for x in (0, 0.2) for y in (0, 0.2) for z in (0, 0.1)]
-    quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
-    faces = [f"f {a + 1} {b + 1} {c + 1} {d + 1}" for a, b, c, d in quads]
-    (tmp_path / "crate.obj").write_text("\n".join([*corners, *faces]) + "\n")
+    write_crate(tmp_path / "crate.obj", 0.2)
     options = ["--objects", tmp_path, "--family", "packed", "--count", "9", "--out", tmp_path / "o"]
     code, _, err = run("evaluate", "grasp", *options)
     assert code == 2
