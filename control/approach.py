@@ -83,6 +83,8 @@ class ApproachController:
         self._cycles: dict[int, ControlCycle] = {}
         self._last = np.zeros((2, self.robot.n))
         self._limits = self.robot.limits()
+        # The posture before the first cycle.
+        self._unknown = np.full(self.robot.n, np.nan)
         self._progress = Progress(self.options.tolerance, self.options.dt)
         # Largest clearance so far, at most the margin.
         self._least = -np.inf
@@ -102,7 +104,7 @@ class ApproachController:
         """Reset the progress of the motion, for example after new obstacles were added."""
         self._phase: Phase = "approach"
         self._retreats = 0
-        self._posture = np.full(self.robot.n, np.nan)
+        self._posture = self._unknown
         self._begin()
 
     @property
@@ -147,9 +149,11 @@ class ApproachController:
         InputError
             If q has another shape, is not finite, or is far outside the joint limits.
         """
-        q = self.robot.checked(q)
+        q = self.robot.numbers(q)
         fault = posture_fault(q, self._posture, self._limits, self._options.dt)
         if fault:
+            # Positions that are not finite are a fault as well, with a message of their own.
+            self.robot.checked(q)
             reason = jump_reason(fault, q, self._posture, self.robot, self._options.dt)
             self._posture = q
             return replace(self.stop(q), status="infeasible", reason=reason)
@@ -233,7 +237,8 @@ class ApproachController:
 
     def _motion(self, q: NDArray[np.float64]) -> CycleResult:
         """Return the motion to the tasks or, in a retreat, to a retreat configuration."""
-        cycle = self._cycle(self._retreats if self._phase == "retreat" else 0)
+        number = self._retreats if self._phase == "retreat" else 0
+        cycle = self._cycles.get(number) or self._cycle(number)
         motion = cycle.compiled(q, self._last)
         return cycle.in_steps(q, self._last) if motion is None else motion
 
@@ -263,25 +268,25 @@ class ApproachController:
         self._last = np.array([velocity, (velocity - last[0]) / self.options.dt])
 
     def _judge(self, q: NDArray[np.float64], motion: CycleResult) -> tuple[Status, str]:
-        errors = motion.errors
+        errors, options = motion.errors, self._options
         if len(errors) > len(self._counted):
             errors = tuple([errors[index] for index in self._counted])
-        if max(errors) <= self.options.tolerance:
+        if max(errors) <= options.tolerance:
             if np.any(np.abs(motion.velocity) > ARRIVAL_SHARE * self.robot.speed):
                 return "moving", ""
             self.restart()
             return "reached", ""
-        if self._progress.time_without(errors) < self.options.patience:
+        if self._progress.time_without(errors) < options.patience:
             return "moving", ""
         # If the first task is reached and no constraint is active, the tasks conflict. Then a
         # retreat does not help.
-        conflict = errors[0] <= self.options.tolerance and not motion.blocking
-        if self._retreats < self.options.retreats and not conflict:
+        conflict = errors[0] <= options.tolerance and not motion.blocking
+        if self._retreats < options.retreats and not conflict:
             self._phase = "retreat"
             self._retreats += 1
             self._begin()
             return "moving", ""
-        return "stuck", why_stuck(self.robot.at(q), self.tasks, self._counted, self.options, motion)
+        return "stuck", why_stuck(self.robot.at(q), self.tasks, self._counted, options, motion)
 
     def _update_retreat(self, left: float, feasible: bool) -> None:
         self._clock += self.options.dt

@@ -125,7 +125,8 @@ class CollisionWorld:
         if background and isinstance(obstacle.shape, ConvexMesh):
             self._preparation.begin(obstacle.name, obstacle.shape)
         self._insert(obstacle.name, self._preparation.shapes([obstacle])[obstacle.name])
-        self._take_meshes()
+        if self.preparing:
+            self._take_meshes()
 
     def move(self, name: str, pose: RigidTransform, velocity: ArrayLike | None = None) -> None:
         """Move an obstacle.
@@ -171,7 +172,8 @@ class CollisionWorld:
         """Advance the time of the control cycles by dt, s. :class:`ApproachController` calls it."""
         for name, shift in self._motions.advance(dt):
             self._update_geom(name, shift=shift)
-        self._take_meshes()
+        if self._preparation.waiting:
+            self._take_meshes()
 
     def remove(self, name: str) -> None:
         """Remove an obstacle.
@@ -263,8 +265,6 @@ class CollisionWorld:
 
     def _take_meshes(self) -> None:
         """Use the meshes of the background as soon as they are compiled."""
-        if not self.preparing:
-            return
         meshes = meshes_of({one.name: one.shape for one in (*self.obstacles, *self.held)})
         world = self._preparation.compiled(self._slots, tuple(meshes.values()))
         if world is not None:

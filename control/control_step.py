@@ -44,6 +44,15 @@ class ControlStep:
     def __bool__(self) -> bool:
         return self.status in ("moving", "reached", "stopped")
 
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name):
+            """Compute `blocking` when it is first read, because few cycles need the names."""
+            if name != "blocking" or "_name_blocking" not in vars(self):
+                raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+            names = vars(self)["blocking"] = self._name_blocking()
+            return names
+
 
 def control_step(
     motion: CycleResult, status: Status, reason: str, phase: Phase, errors: tuple[float, ...]
@@ -59,6 +68,6 @@ def control_step(
         errors=errors,
         clearance=motion.clearance,
         beta=motion.beta,
-        blocking=motion.blocking,
+        _name_blocking=motion.name_blocking,
     )
     return step

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from typing import cast
 
 import numpy as np
@@ -122,15 +123,13 @@ class ControlCycle:
         if active < 0:
             return None
         report, count = self._report.tolist(), self._count
-        beta = report[1 + count : 1 + count + self._driven]
-        blocking = ()
-        if active:
-            indices = report[1 + 2 * count :][:active]
-            values = report[1 + 2 * count + len(q) :][:active]
-            multipliers = list(zip(values, map(int, indices), strict=True))
-            blocking = blocking_names(multipliers, q, self._joints, tables.labels)
         errors = tuple(report[1 : 1 + count])
-        return CycleResult(command, errors, tuple(beta), report[0], blocking, True)
+        beta = tuple(report[1 + count : 1 + count + self._driven])
+        name_blocking = tuple
+        if active:
+            bounds = report[1 + 2 * count :]
+            name_blocking = partial(_named, bounds, active, q, self._joints, tables.labels)
+        return CycleResult(command, errors, beta, report[0], name_blocking, True)
 
     def _bind(self, tables: ProximityTables) -> None:
         """Use the buffers of the world's current model."""
@@ -143,3 +142,19 @@ class ControlCycle:
             frame = data.xpos[robot.frame_body], data.xmat[robot.frame_body]
         moves = np.ascontiguousarray(robot.moves[robot.frame_body])
         self._arguments = (*self._fixed_arguments, *frame, moves, *kernel_arguments(tables))
+
+
+def _named(
+    bounds: list[float],
+    active: int,
+    q: NDArray[np.float64],
+    joints: Sequence[tuple[str, float, float]],
+    pairs: Sequence[str],
+) -> tuple[str, ...]:
+    """Return the names of the active bounds in a report of the kernel, strongest first.
+
+    ``bounds`` (2 n) are the indices and the multipliers of the bounds.
+    """
+    n = len(q)
+    multipliers = zip(bounds[n : n + active], map(int, bounds[:active]), strict=True)
+    return blocking_names(list(multipliers), q, joints, pairs)

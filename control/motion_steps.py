@@ -6,8 +6,9 @@ for the cycles in which the kernel has no result (:mod:`cycle_kernels`).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -39,10 +40,16 @@ class CycleResult(NamedTuple):
     """Weight of avoidance in each task of the stack (eq. 8)."""
     clearance: float
     """Minimum distance of all pairs nearer than the cut-off, m; inf if there are none."""
-    blocking: tuple[str, ...]
-    """Names of the active constraints of the safety level, strongest first."""
+    name_blocking: Callable[[], tuple[str, ...]]
+    """Returns `blocking`. Names take longer than the rest of the result, and few cycles need
+    them."""
     feasible: bool
     """False if the safety level cannot satisfy all bounds. True without the safety level."""
+
+    @property
+    def blocking(self) -> tuple[str, ...]:
+        """Names of the active constraints of the safety level, strongest first."""
+        return self.name_blocking()
 
     @property
     def velocity(self) -> NDArray[np.float64]:
@@ -127,4 +134,6 @@ def motion_in_steps(
     clearance = float(proximity.distance.min(initial=float("inf")))
     before = np.zeros(len(velocity)) if motion is None else motion[0]
     command = np.array([velocity, (velocity - before) / options.dt])
-    return CycleResult(command, tuple(errors), nominal.beta, clearance, blocking, feasible)
+    return CycleResult(
+        command, tuple(errors), nominal.beta, clearance, partial(tuple, blocking), feasible
+    )

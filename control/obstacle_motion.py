@@ -50,6 +50,8 @@ class ObstacleMotions:
         An obstacle without a new pose for MAX_AGE stands still at its last pose.
         """
         self.clock += dt
+        if not self._tracks:
+            return []
         shifts = []
         for name in list(self._tracks):
             if name not in self._twists:

@@ -33,8 +33,9 @@ class Progress:
             self._best, self._stalled = errors, 0.0
             return 0.0
         for index, (error, best) in enumerate(zip(errors, self._best, strict=True)):
-            enough = min(MIN_PROGRESS, RELATIVE_PROGRESS * best)
-            if best > self._tolerance and error < best - enough:
+            if best > self._tolerance and (
+                error < best - MIN_PROGRESS or error < best - RELATIVE_PROGRESS * best
+            ):
                 self._best = (*self._best[:index], *errors[index:])
                 self._stalled = 0.0
                 return 0.0

@@ -10,7 +10,13 @@ from scipy.spatial.transform import RigidTransform, Rotation
 from eyehand.control import ApproachController
 from eyehand.control.tasks import Position
 from eyehand.data_synth import ReachingArm
-from eyehand.data_synth.scenes import ArmClearance, ReachingObstacle, make_reaching_scene
+from eyehand.data_synth.scenes import (
+    ArmClearance,
+    ReachingObstacle,
+    make_reaching_scene,
+    passes_base,
+)
+from eyehand.errors import InputError
 
 from .reach_methods import CONTROLLERS, DEFAULT, reaching_world
 
@@ -35,6 +41,8 @@ MISS_M = 0.03
 """Standard deviation of the distance at which a solid would pass the tool."""
 KEPT_M = 0.005
 """Distance that must be kept."""
+MAX_DRAWS = 1000
+"""Number of lines of solids that are drawn before a trial is given up."""
 NAMED = ("too_near", "contact", "infeasible")
 """Statuses that report a solid."""
 
@@ -121,7 +129,7 @@ def moving_trial(case: MovingCase) -> MovingResult:
     options = CONTROLLERS[DEFAULT].options
     controller = ApproachController(world, (Position(target),), options)
     clearance, named, last, peak = checker.at(q), False, np.zeros(len(q)), 0.0
-    seconds = (START_M + BEYOND_M + SPACING_M * (len(solids) - 1)) / case.speed
+    seconds = _travel(len(solids)) / case.speed
     for cycle in range(round(seconds / options.dt)):
         moved = ahead + velocity * options.dt * cycle
         for solid, place in zip(solids, moved, strict=True):
@@ -140,7 +148,36 @@ def moving_trial(case: MovingCase) -> MovingResult:
 def _solids(
     case: MovingCase, target: NDArray[np.float64], rng: np.random.Generator
 ) -> tuple[list[ReachingObstacle], NDArray[np.float64], NDArray[np.float64]]:
-    """Return the solids, their places at the start (N, 3), m, and their velocity (3,), m/s."""
+    """Return the solids, their places at the start (N, 3), m, and their velocity (3,), m/s.
+
+    A line of solids that passes through the base of the arm is drawn again: no arm evades it.
+
+    Raises
+    ------
+    InputError
+        If no line passes beside the base.
+    """
+    for _ in range(MAX_DRAWS):
+        solids, direction = _line(case, target, rng)
+        travel = _travel(len(solids)) * direction
+        if not any(passes_base(solid, travel, case.arm) for solid in solids):
+            places = np.array([solid.T_world_shape.translation for solid in solids])
+            return solids, places, case.speed * direction
+    raise InputError(
+        f"found no line beside the arm's base among {MAX_DRAWS}; seed {case.seed} holds the tool "
+        "too near to it"
+    )
+
+
+def _travel(count: int) -> float:
+    """Return how far each of so many solids moves in a trial, m."""
+    return START_M + BEYOND_M + SPACING_M * (count - 1)
+
+
+def _line(
+    case: MovingCase, target: NDArray[np.float64], rng: np.random.Generator
+) -> tuple[list[ReachingObstacle], NDArray[np.float64]]:
+    """Draw the solids at their start, one behind the other, and their direction (3,)."""
     direction = rng.normal(size=3)
     if case.conveyor:
         direction[2] = 0.0
@@ -158,4 +195,4 @@ def _solids(
         pose = RigidTransform.from_components(place, turn)
         size = (float(half[0]), float(half[1]), float(half[2]))
         solids.append(ReachingObstacle(f"solid_{number + 1}", "box", size, pose))
-    return solids, places, case.speed * direction
+    return solids, direction

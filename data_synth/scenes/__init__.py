@@ -37,7 +37,13 @@ from .mesh_object import MeshObject
 from .object_folder import FolderObject, read_objects
 from .object_split import Split, select_half
 from .piece_object import PieceObject, read_piece_objects
-from .reaching import MAX_BOXES, ReachingScene, make_reaching_scene, straight_path_is_blocked
+from .reaching import (
+    MAX_BOXES,
+    ReachingScene,
+    make_reaching_scene,
+    passes_base,
+    straight_path_is_blocked,
+)
 from .tabletop import make_scene
 from .tabletop_options import MAX_OBJECTS, MIN_OBJECTS, TabletopOptions, ViewOptions
 from .tabletop_scene import Family, Table, TabletopObject, TabletopScene
@@ -85,6 +91,7 @@ __all__ = [
     "make_furnished_scene",
     "make_reaching_scene",
     "make_scene",
+    "passes_base",
     "read_background",
     "read_ground_truth",
     "read_labels",

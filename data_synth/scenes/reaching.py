@@ -39,6 +39,8 @@ MAX_TILT = 0.5
 """Maximum tilt of a box, rad, to any side."""
 COLUMN_M = (0.16, 0.42)
 """Radius and height of a column around the arm's base without boxes: link1 cannot move away."""
+SWEEP_STEP_M = 0.01
+"""Distance between the places of a moving solid at which the column is tested."""
 
 MIN_CLEARANCE_M = 0.020
 """Minimum distance of start and goal posture to boxes and between the arm's own links."""
@@ -155,6 +157,23 @@ def straight_path_is_blocked(scene: ReachingScene) -> bool:
     """Return whether the tool's straight path to the goal crosses a box."""
     first = ArmClearance(scene.obstacles, scene.arm).tool(scene.start)
     return any(_crosses(first, scene.goal, item) for item in scene.obstacles)
+
+
+def passes_base(
+    solid: ReachingObstacle, travel: NDArray[np.float64], arm: ReachingArm = INCLUDED
+) -> bool:
+    """Return whether a solid that moves by `travel` (3,), m, enters the column around the base.
+
+    No motion of the arm evades such a solid, because the first link cannot move away.
+    """
+    scale = _surroundings(arm).scale
+    steps = 1 + int(np.ceil(np.linalg.norm(travel) / SWEEP_STEP_M))
+    start, turn = solid.T_world_shape.translation, solid.T_world_shape.rotation
+    for share in np.linspace(0.0, 1.0, steps + 1):
+        pose = RigidTransform.from_components(start + share * travel, turn)
+        if _overlaps_column(solid._replace(T_world_shape=pose), scale):
+            return True
+    return False
 
 
 def _enclosed(

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import pickle
 import warnings
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import RigidTransform
 
+import eyehand.control.cycle as cycle_module
 from eyehand.control.approach import ApproachController
 from eyehand.control.collision_world import CollisionWorld
 from eyehand.control.control_step import ControlStep
@@ -15,6 +19,7 @@ from eyehand.control.cycle import ControlCycle
 from eyehand.control.options import ControlOptions
 from eyehand.control.retreat import retreat_configurations
 from eyehand.control.robot_model import RobotModel
+from eyehand.control.safety import blocking_names
 from eyehand.control.shapes import Obstacle, Sphere
 from eyehand.control.tasks import JointCentring, PointOnPlane, Position, Posture
 from eyehand.data_synth import LBR_ARM
@@ -126,3 +131,25 @@ def test_unlimited_joints_have_retreat_configuration_and_numpy_cycle(
         np.testing.assert_allclose(retreat_configurations(robot)[1], [-0.4, -0.5])
         assert np.all(np.isfinite(controller.step(robot.home).velocity))
         assert JointCentring().at(robot.at(robot.home)).error[0] == 0.0
+
+
+def test_names_of_blocking_constraints_are_computed_when_read(
+    world: CollisionWorld, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    named = []
+
+    def count_names(*arguments: Any) -> tuple[str, ...]:
+        named.append(arguments)
+        return blocking_names(*arguments)
+
+    monkeypatch.setattr(cycle_module, "blocking_names", count_names)
+    # The acceleration limits are active in the first cycles.
+    step = ApproachController(world, [Position(GOAL)]).step(world.robot.home)
+    assert not named
+    copy = pickle.loads(pickle.dumps(step))
+    assert step.blocking
+    assert all(name.startswith("joint ") for name in step.blocking)
+    assert len(named) == 1
+    assert copy.blocking == step.blocking
+    assert replace(step, status="stuck").blocking == step.blocking
+    assert not hasattr(step, "bloking")

@@ -5,7 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from eyehand.apps.motion.moving_obstacles import MovingCase, _solids, moving_rows, moving_trial
+from eyehand.apps.motion.moving_obstacles import (
+    MovingCase,
+    _line,
+    _solids,
+    moving_rows,
+    moving_trial,
+)
 from eyehand.data_synth import ReachingArm
 from eyehand.data_synth.scenes import ArmClearance, make_reaching_scene
 
@@ -29,6 +35,31 @@ def test_standing_arm_would_be_hit():
         checker.move(solids[0].name, places[0] + time * velocity)
         nearest = min(nearest, checker.at(scene.start))
     assert nearest < 0.0
+
+
+@pytest.mark.parametrize("seed", [90002, 90018, 90019])
+def test_solids_do_not_pass_through_the_base(seed):
+    """The first line drawn for each of these seeds does."""
+    arm = ReachingArm()
+    case = MovingCase(seed, 0.5, True, arm)
+    target = ArmClearance().tool(make_reaching_scene(seed, boxes=0).start)
+    draws = np.random.default_rng([seed, 2])
+    solids, places, velocity = _solids(case, target, np.random.default_rng([seed, 2]))
+    first, direction = _line(case, target, draws)
+    assert any(_axis_distance(solid, direction) < 0.16 for solid in first)
+    for solid, place in zip(solids, places, strict=True):
+        np.testing.assert_allclose(solid.T_world_shape.translation, place)
+        assert _axis_distance(solid, velocity / 0.5) > 0.155
+
+
+def _axis_distance(solid, direction) -> float:
+    """Return the least distance of a solid on its way from the lower 0.42 m of the first axis."""
+    axis = np.zeros((200, 3))
+    axis[:, 2] = np.linspace(0.0, 0.42, len(axis))
+    travel = np.linspace(0.0, 0.6 + 0.3 + 2 * 0.5, 400)
+    seen = axis[None] - travel[:, None, None] * direction
+    local = solid.T_world_shape.inv().apply(seen.reshape(-1, 3))
+    return float(np.linalg.norm(np.maximum(np.abs(local) - solid.size, 0.0), axis=1).min())
 
 
 def test_rows_count_what_is_kept_and_named():

@@ -17,6 +17,7 @@ from eyehand.data_synth.scenes.reaching import (
     ReachingObstacle,
     ReachingScene,
     make_reaching_scene,
+    passes_base,
     straight_path_is_blocked,
 )
 from eyehand.errors import InputError
@@ -71,6 +72,22 @@ def test_path_along_box_axis_is_classified_exactly(height: float, blocked: bool)
     box = ReachingObstacle("box", "box", (0.1, 0.1, 0.1), middle)
     scene = ReachingScene(0, start, np.add(tool, [0.0, 0.6, 0.0]), (box,), start, np.eye(3))
     assert straight_path_is_blocked(scene) == blocked
+
+
+@pytest.mark.parametrize(
+    ("place", "travel", "through"),
+    [
+        ([0.16, -0.7, 0.25], [0.0, 1.4, 0.0], True),
+        ([0.16, -0.7, 0.25], [0.0, 0.4, 0.0], False),
+        ([0.26, -0.7, 0.25], [0.0, 1.4, 0.0], False),
+        ([0.0, -0.7, 0.75], [0.0, 1.4, 0.0], False),
+        ([0.0, 0.0, 1.2], [0.0, 0.0, -0.7], True),
+    ],
+)
+def test_moving_box_that_enters_the_column_of_the_base_is_found(place, travel, through):
+    middle = RigidTransform.from_translation(place)
+    box = ReachingObstacle("box", "box", (0.05, 0.05, 0.05), middle)
+    assert passes_base(box, np.array(travel)) == through
 
 
 def test_zero_boxes_give_no_obstacles():
