@@ -10,6 +10,7 @@ import numpy as np
 
 from .control_tasks import control_tasks
 from .hands import HandModel, ParallelHand
+from .hold_quality import plan_hold
 from .jaw_plan import jaw_plans
 from .jaws import plan_grasps
 from .motion import TURN_SPEED, with_speed
@@ -19,7 +20,7 @@ from .reachable import is_reachable
 from .report import UNREACHABLE
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
 
     from eyehand.control import CollisionWorld
     from eyehand.perception import Scene, SceneObject
@@ -28,7 +29,8 @@ if TYPE_CHECKING:
     from .failed_grasps import FailedGrasps
     from .plan import GraspPlan
 
-    Candidates = list[tuple[float, SceneObject, GraspPlan]]
+    Candidate = tuple[float, SceneObject, GraspPlan]
+    Candidates = list[Candidate]
 
     Worlds = dict[tuple[int, float, str], CollisionWorld]
 
@@ -40,6 +42,11 @@ REPEATED_WEIGHT = 0.4
 WARNED_WEIGHT = {"cut_by_image": 0.3, "may_be_several": 0.5}
 """Weight of the score of an object with a warning of this kind. Its solid may be wrong, so that
 objects without a warning go first. A later image may show it better."""
+
+MIN_HOLD = 0.5
+"""Minimum probability that a grasp holds by contact mechanics. Less probable ones go last, also
+after other grasps of objects with a failure. The score does not see round ends: fingers that close
+along a lying bulb slip off its tip."""
 
 
 @dataclass(frozen=True)
@@ -105,7 +112,7 @@ def select_grasp(
     # Objects without a failure go first: their grasp may free the others.
     candidates.sort(key=lambda candidate: (candidate[1].label in tried, -candidate[0]))
     worlds: Worlds = {}
-    for _, item, plan in candidates:
+    for _, item, plan in _probable_first(candidates, hand):
         grasp = SelectedGrasp(scene, item, plan, perceive_ms)
         reason = check_reachability(cell, PickState(grasp), worlds)
         if not reason:
@@ -115,6 +122,26 @@ def select_grasp(
             return GraspSelection(grasp, _by_label(skipped), plan_ms)
         skipped[item.label] = reason
     return GraspSelection(None, _by_label(skipped), spent_ms + 1e3 * (time.perf_counter() - began))
+
+
+def _probable_first(candidates: Candidates, hand: HandModel | ParallelHand) -> Iterator[Candidate]:
+    """Yield the candidates in their order, but grasps that will probably not hold at the end.
+
+    Jaws have their own prediction, which is part of their score.
+    """
+    improbable: Candidates = []
+    for candidate in candidates:
+        _, item, plan = candidate
+        solid = item.fit.superquadric
+        if (
+            solid is None
+            or isinstance(hand, ParallelHand)
+            or plan_hold(plan, solid, hand) >= MIN_HOLD
+        ):
+            yield candidate
+        else:
+            improbable.append(candidate)
+    yield from improbable
 
 
 def _finger_candidates(

@@ -12,6 +12,7 @@ from eyehand.apps.grasp.ground_truth_scene import ground_truth_scene
 from eyehand.control.tasks import Orientation, Position
 from eyehand.data_synth.scenes import TabletopObject
 from eyehand.errors import InputError
+from eyehand.grasping import grasp_selection
 from eyehand.grasping.cell import Cell
 from eyehand.grasping.clearing import ClearOptions, clear_table
 from eyehand.grasping.failed_grasps import FailedGrasps
@@ -231,6 +232,30 @@ def test_objects_with_warnings_come_later():
     second = select_grasp(cell, warned, FailedGrasps()).grasp
     assert second is not None
     assert second.target.label != first.target.label
+
+
+def test_grasps_that_will_probably_not_hold_come_last(monkeypatch):
+    robot = FakeRobot()
+    cell = trial_cell(robot, [box(0.05), box(-0.1)])
+    scene = cell.perceive(robot.capture())
+    first = select_grasp(cell, scene, FailedGrasps()).grasp
+    assert first is not None
+    asked = []
+
+    def hold_of_others(plan, solid, hand):
+        asked.append(plan)
+        return float(plan.name != first.plan.name)
+
+    monkeypatch.setattr(grasp_selection, "plan_hold", hold_of_others)
+    other = select_grasp(cell, scene, FailedGrasps()).grasp
+    assert other is not None
+    assert other.plan.name != first.plan.name
+    assert len(asked) > 1
+    # Without a better grasp, the order of the scores remains.
+    monkeypatch.setattr(grasp_selection, "plan_hold", lambda *_: 0.0)
+    same = select_grasp(cell, scene, FailedGrasps()).grasp
+    assert same is not None
+    assert (same.target.label, same.plan.name) == (first.target.label, first.plan.name)
 
 
 def test_object_that_slipped_is_gripped_with_full_force_where_it_fell():
