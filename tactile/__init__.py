@@ -23,7 +23,7 @@ from .friction_pull import FrictionPull, PullOptions
 from .glove import Glove, GloveReader, HandFeatures, hand_features
 from .grip_laws import GripLaw, GripReading, LoadGrip, LoadGripOptions, SlipGrip
 from .hough import HoughOptions, hough_axis
-from .image import TactileArray, TactileImage
+from .image import TactileArray, TactileImage, tangents
 from .moments import long_axis
 from .phase_options import PhaseOptions
 from .phase_step import PhaseStep
@@ -80,5 +80,6 @@ __all__ = [
     "load_calibration",
     "long_axis",
     "save_calibration",
+    "tangents",
     "world_twist",
 ]

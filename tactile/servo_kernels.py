@@ -7,15 +7,13 @@ from numba import njit
 from numba.np.unsafe.ndarray import to_fixed_tuple
 
 from .pid import PidLaw, pid_speed
-from .place_estimate import estimate_place, lose_place
+from .place_estimate import lose_place
+from .servo_filters import average, coming_travel, filter_contact, track_depth, with_true_place
 from .servo_memory import (
-    ARM_Z,
     COMMANDS,
     CONFIDENCE,
-    COSINES,
     COUNT,
     CYCLE,
-    DEPTH,
     DEPTHS,
     GOAL_START,
     HAS_ANGLE,
@@ -27,16 +25,11 @@ from .servo_memory import (
     LAST_P,
     LAST_X,
     LOST_FOR,
-    MEASURED,
     ORIENTATION,
     PLACE_START,
-    PLACES,
     PRESSURE,
-    PRESSURES,
     SELECTION_START,
     SETTLED,
-    SINES,
-    SPEEDS,
     STIFFNESS_START,
 )
 from .servo_tuples import SETTINGS, Contact, ServoArrays, ServoSettings
@@ -50,8 +43,6 @@ from .stiffness import (
     update_stiffness,
 )
 
-COMMAND_CYCLES = 1
-"""Cycles of the latency from a command to the motion. The others are the wait of the image."""
 RETREAT_SPEED = 0.05
 """Speed limit away from the object, m/s."""
 MAX_ROLL_RATIO = 40.0
@@ -64,9 +55,6 @@ SLIDE_BAND = 0.002
 LOW_CONFIDENCE, HIGH_CONFIDENCE = 0.25, 0.6
 """Confidence of the orientation up to which the pad does not turn, and from which it turns with
 the full gain."""
-MIN_ORIENTATION_AREA = 1.5e-4
-"""Minimum area of an imprint with a meaningful orientation, m². Two touched tactels always form a
-line."""
 FORGET_SECONDS = 0.2
 """Time without contact after which the stiffness estimate starts anew, s. The next contact may be
 another object. After a shorter interruption, it is the same object."""
@@ -130,18 +118,18 @@ def servo_cycle(settings, state, rings, contact, external, measured, dt, out):
         total += external[axis]
     if not (dt > 0.0 and np.isfinite(total + c.centre[0] + c.centre[1])):
         return True
-    _track_depth(s, a, measured, c.centre, dt)
+    track_depth(s, a, measured, c.centre, dt)
     out[:] = 0.0
     if c.touching:
         if s.shear_lever > 0.0 and np.isfinite(np.sum(measured)):
-            c = _with_true_place(s, a, c, measured, dt)
-        _filter(s, a, c)
+            c = with_true_place(s, a, c, measured, dt)
+        filter_contact(s, a, c)
         a.memory[LOST_FOR] = 0.0
         _slide_and_roll(s, a, c, dt, out)
         pressure = a.memory[PRESSURE]
         if a.memory[SETTLED] == 0.0 and s.anti_windup > 0.0:
             # Later the prediction would bias the pressure on an object that moves.
-            rise = a.stiffness[STIFFNESS] * _coming_travel(s, a, dt)
+            rise = a.stiffness[STIFFNESS] * coming_travel(s, a, dt)
             pressure += rise
             landed = a.memory[LANDED]
             if landed > SETTLE_SECONDS or (landed > 0.0 and rise <= SETTLED_SHARE * a.goal[2]):
@@ -166,110 +154,6 @@ def servo_cycle(settings, state, rings, contact, external, measured, dt, out):
     a.rings[COMMANDS, int(a.memory[CYCLE]) % a.rings.shape[1]] = along_normal + external[2]
     a.memory[CYCLE] += 1.0
     return False
-
-
-@njit(cache=True)
-def _track_depth(settings, arrays, measured, centre, dt):
-    """Integrate the motion of the contact point along z, measured or modelled."""
-    memory, rings = arrays.memory, arrays.rings
-    along = measured[2] + measured[3] * centre[1] - measured[4] * centre[0]
-    # A value that is not finite would stay in the depth for ever.
-    if np.isfinite(along):
-        # The pressure is that of an older image, so the depth must be as old.
-        cycle = int(memory[CYCLE])
-        rings[SPEEDS, cycle % rings.shape[1]] = along
-        memory[ARM_Z] = rings[SPEEDS, (cycle - _wait(settings)) % rings.shape[1]]
-        memory[MEASURED] = 1.0
-    else:
-        memory[MEASURED] = 0.0
-        cycle = int(memory[CYCLE]) - 1 - int(settings.latency)
-        command = rings[COMMANDS, cycle % rings.shape[1]] if cycle >= 0 else 0.0
-        lag = settings.arm_lag
-        memory[ARM_Z] += (command - memory[ARM_Z]) * (1.0 - np.exp(-dt / lag) if lag > 0 else 1.0)
-    memory[DEPTH] += memory[ARM_Z] * dt
-
-
-@njit(cache=True)
-def _coming_travel(settings, arrays, dt):
-    """Return the travel along z that the averaged pressure does not show yet, m.
-
-    If all commands were zero from now on, the pad would still move: by its present speed times the
-    lag, and by the command that has not reached the arm. The average itself is as old as half its
-    window, and the image by its wait (Smith, Chem. Eng. Prog. 53, 1957).
-    """
-    memory, rings = arrays.memory, arrays.rings
-    size = rings.shape[1]
-    travel = memory[DEPTH] - _average(rings, DEPTHS, memory[COUNT], settings.window)
-    cycle, speed = int(memory[CYCLE]), memory[ARM_Z]
-    if memory[MEASURED] > 0.0:
-        speed = rings[SPEEDS, cycle % size]
-        for back in range(int(_wait(settings))):
-            travel += rings[SPEEDS, (cycle - back) % size] * dt
-        pending = COMMAND_CYCLES
-    else:
-        pending = int(settings.latency)
-    for back in range(1, min(pending, cycle) + 1):
-        travel += rings[COMMANDS, (cycle - back) % size] * dt
-    return travel + settings.arm_lag * speed
-
-
-@njit(cache=True)
-def _wait(settings):
-    """Return the age of an image when it arrives, cycles: all delay but that of the command."""
-    return max(int(settings.latency) - COMMAND_CYCLES, 0)
-
-
-@njit(cache=True)
-def _with_true_place(settings, arrays, contact, measured, dt):
-    """Return the contact with the estimate of its true place in the place of its centre."""
-    centre = contact.centre.copy()
-    estimate_place(
-        arrays.place,
-        arrays.rings[PLACES:],
-        int(arrays.memory[CYCLE]),
-        contact.centre,
-        contact.force,
-        measured,
-        (settings.shear_lever, float(_wait(settings)), dt),
-        centre,
-    )
-    return Contact(
-        contact.touching,
-        centre,
-        contact.pressure,
-        contact.area,
-        contact.orientation,
-        contact.confidence,
-        contact.force,
-    )
-
-
-@njit(cache=True)
-def _filter(settings, arrays, contact):
-    """Average pressure and depth with one window, and the orientation in the doubled angle."""
-    memory, rings = arrays.memory, arrays.rings
-    weight = contact.confidence if contact.area >= MIN_ORIENTATION_AREA else 0.0
-    place = int(memory[COUNT]) % rings.shape[1]
-    rings[PRESSURES, place] = contact.pressure
-    rings[DEPTHS, place] = memory[DEPTH]
-    rings[COSINES, place] = weight * np.cos(2.0 * contact.orientation)
-    rings[SINES, place] = weight * np.sin(2.0 * contact.orientation)
-    memory[COUNT] += 1.0
-    memory[PRESSURE] = _average(rings, PRESSURES, memory[COUNT], settings.window)
-    cosine = _average(rings, COSINES, memory[COUNT], settings.orientation_window)
-    sine = _average(rings, SINES, memory[COUNT], settings.orientation_window)
-    memory[ORIENTATION] = 0.5 * np.arctan2(sine, cosine)
-    # Directions that differ shorten their mean vector, which lowers the confidence.
-    memory[CONFIDENCE] = np.sqrt(cosine * cosine + sine * sine)
-
-
-@njit(cache=True)
-def _average(rings, row, count, window):
-    samples = int(min(count, window))
-    total = 0.0
-    for back in range(1, samples + 1):
-        total += rings[row, (int(count) - back) % rings.shape[1]]
-    return total / samples
 
 
 @njit(cache=True)
@@ -348,7 +232,7 @@ def _estimate_stiffness(settings, arrays, area, dt, out):
     """Update the stiffness from the averages of pressure and depth, which have the same delay."""
     memory, stiffness = arrays.memory, arrays.stiffness
     rolled = 0.5 * np.sqrt(area) * np.sqrt(out[3] * out[3] + out[4] * out[4]) * dt
-    depth = _average(arrays.rings, DEPTHS, memory[COUNT], settings.window)
+    depth = average(arrays.rings, DEPTHS, memory[COUNT], settings.window)
     travel = depth - stiffness[REF_DEPTH]
     expected = stiffness[STIFFNESS] * abs(travel)
     change = (memory[PRESSURE] - stiffness[REF_PRESSURE]) * np.sign(travel)

@@ -61,9 +61,9 @@ class ServoArrays(NamedTuple):
     """State and targets of one servo, as views."""
 
     memory: NDArray[np.float64]
-    """(18,), see `servo_kernels.INTEGRAL_X` and the following."""
+    """(18,), see `servo_memory.INTEGRAL_X` and the following."""
     rings: NDArray[np.float64]
-    """(RING_ROWS, MAX_WINDOW), the last samples of `servo_kernels.PRESSURES` and the following."""
+    """(RING_ROWS, MAX_WINDOW), the last samples of `servo_memory.PRESSURES` and the following."""
     stiffness: NDArray[np.float64]
     """(8,), state of the stiffness estimate."""
     selection: NDArray[np.float64]

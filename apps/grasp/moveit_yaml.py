@@ -26,20 +26,22 @@ DECIMALS = 6
 
 
 def grasps_yaml(found: GraspedFrame) -> str:
-    """Return the safe ones of the reported grasps as a YAML list of `moveit_msgs/Grasp`.
+    """Return the best safe grasps, at most `found.top`, as a YAML list of `moveit_msgs/Grasp`.
 
     Quaternions are x, y, z, w here, because ROS orders them so.
     """
-    safe = [(rank, grasp) for rank, grasp in enumerate(found.shown, 1) if grasp.safe]
-    left_out = len(found.shown) - len(safe)
+    ranked = [(rank, grasp) for rank, grasp in enumerate(found.grasps, 1) if grasp.safe]
+    safe = ranked[: found.top]
     hand = found.hand
     comments = [
         f"moveit_msgs/Grasp[] of {hand.name}, the most probable first. Quaternions: x, y, z, w.",
         "grasp_pose is the tool frame: z along the approach, x along the closing direction,",
         f"origin midway between the fingertips, {hand.mount_distance:g} m from the mounting face.",
     ]
-    if left_out:
-        comments.append(f"{left_out} grasps are left out because something forbids them.")
+    if len(safe) < len(found.grasps):
+        comments.append(
+            f"{len(safe)} of {len(ranked)} safe grasps; {len(found.grasps)} were found in all."
+        )
     if not hand.joints:
         comments.append("The description of the hand names no joints, so the postures are empty.")
     grasps = [grasp_message(grasp, rank, found) for rank, grasp in safe]

@@ -118,14 +118,7 @@ def evaluate_motion(
     json
         Print one JSON object on stdout. Tables then go to stderr.
     """
-    if scenes < 1:
-        raise InputError(f"--scenes must be >= 1, got {scenes}")
-    if seed < 0:
-        raise InputError(f"--seed must be >= 0, got {seed}")
-    if not 0 <= boxes <= MAX_BOXES:
-        raise InputError(f"--boxes must be from 0 to {MAX_BOXES}, got {boxes}")
-    if not 0.0 <= loop < float("inf"):
-        raise InputError(f"--loop must be a finite time >= 0 s, got {loop:g}")
+    _check_numbers(scenes, seed, boxes, loop)
     options = ReachOptions(
         time_limit=time_limit, goal=goal, place=place, arm=choose_arm(arm, frame)
     )
@@ -181,6 +174,17 @@ def evaluate_motion(
             out=str(out),
         )
     return 0
+
+
+def _check_numbers(scenes: int, seed: int, boxes: int, loop: float) -> None:
+    if scenes < 1:
+        raise InputError(f"--scenes must be >= 1, got {scenes}")
+    if seed < 0:
+        raise InputError(f"--seed must be >= 0, got {seed}")
+    if not 0 <= boxes <= MAX_BOXES:
+        raise InputError(f"--boxes must be from 0 to {MAX_BOXES}, got {boxes}")
+    if not 0.0 <= loop < float("inf"):
+        raise InputError(f"--loop must be a finite time >= 0 s, got {loop:g}")
 
 
 def _described(options: ReachOptions, boxes: int) -> str:

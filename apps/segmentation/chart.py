@@ -91,10 +91,10 @@ def chart_segmentation(
 
 
 def _data_name(frames: Sequence[KindFrame]) -> str:
-    """Name the kinds of data, the synthetic families in one parenthesis."""
+    """Name the kinds of data; synthetic ones are counted."""
     families = dict.fromkeys(frame.kind for frame in frames if frame.source == SYNTHETIC_SOURCE)
     real = dict.fromkeys(frame.kind for frame in frames if frame.source != SYNTHETIC_SOURCE)
-    synthetic = f"synthetic ({', '.join(families)})"
+    synthetic = f"{len(families)} synthetic kinds"
     return ", ".join([synthetic, *real] if families else real)
 
 

@@ -58,7 +58,7 @@ def join_convex(
     convexity = np.sum(direction * (normal[first] - normal[second]), axis=1)
     flat = np.sum(normal[first] * normal[second], axis=1) > np.cos(CONVEX_ANGLE)
     join = (convexity > 0) | flat
-    if extended:
+    if extended and first.size:
         half = _graph(first[join], second[join], count).tocsr()
         convex = half + half.T
         join &= np.asarray((convex @ convex)[first, second]).ravel() > 0

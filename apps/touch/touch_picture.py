@@ -9,8 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from eyehand.tactile import ContactFeatures, TactileImage
-from eyehand.tactile.image import tangents
+from eyehand.tactile import ContactFeatures, TactileImage, tangents
 
 SIZE = 480
 """Length of the picture's longer side, pixels."""

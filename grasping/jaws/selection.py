@@ -79,7 +79,8 @@ def _forbidden(
     width = float(scored.contact.width[index])
     found = []
     if width > SAFE_WIDTH_SHARE * hand.stroke:
-        found.append(f"{1e3 * width:.0f} mm wide, the hand opens {1e3 * hand.stroke:.0f} mm")
+        widest = SAFE_WIDTH_SHARE * hand.stroke
+        found.append(f"{1e3 * width:.0f} mm wide, at most {1e3 * widest:.0f} mm is safe")
     if not surface.fitted:
         found.append("no solid was fitted")
     if scored.hidden[index].max() > SAFE_HIDDEN:

@@ -122,6 +122,9 @@ class RosRecording:
     def _depth_topic(self, topics: dict[str, str], topic: str) -> str:
         images = [name for name, kind in topics.items() if kind in (IMAGE, COMPRESSED)]
         if topic:
+            below = [name for name in images if name.startswith(f"{topic.rstrip('/')}/")]
+            if topic not in images and len(below) == 1:
+                return below[0]
             if topic not in images:
                 kind = topics.get(topic)
                 fault = f"holds {kind}" if kind else "is not in the recording"
@@ -129,6 +132,8 @@ class RosRecording:
                     f"{self.path}: topic {topic} {fault}; topics of images: {_listed(images)}"
                 )
             return topic
+        if not images:
+            raise InputError(f"{self.path}: holds no topic of images, expected one with depth")
         depth = [name for name in images if "depth" in name.lower()]
         if len(depth) != 1:
             raise InputError(

@@ -40,7 +40,7 @@ class RestTracker:
     """
 
     def __init__(self, calibration: Calibration) -> None:
-        self._rest, self._noise = calibration.rest, calibration.noise
+        self._rest, self._noise = calibration.rest, calibration.noise.copy()
         self._limits, self._dead = calibration.limits, calibration.dead
         self._top = 2**calibration.bits - 1
         self._max_rate = MAX_DRIFT_RATE * 2.0 ** (calibration.bits - 12)
@@ -50,6 +50,9 @@ class RestTracker:
 
     def zero(self, raws: NDArray[np.uint16]) -> None:
         """Take the mean of images (M, N) as the readings at rest. Nothing may touch the sensor.
+
+        The images also show the noise. It replaces that of the calibration where it is higher: a
+        bench run with few readings cannot show it.
 
         Raises
         ------
@@ -62,6 +65,9 @@ class RestTracker:
                 f"{raws.shape}"
             )
         means = raws.mean(axis=0)
+        # Differences of successive images: a contact that moves slowly does not count as noise.
+        steps = np.diff(raws.astype(np.float64), axis=0)
+        np.maximum(self._noise, steps.std(axis=0) / np.sqrt(2.0), out=self._noise)
         # The second half against the first: noise averages out, a contact that moves does not.
         halves = raws[: len(raws) // 2].mean(axis=0) - raws[len(raws) // 2 :].mean(axis=0)
         limit = MOVING_SIGMAS * self._noise * np.sqrt(4.0 / len(raws))
