@@ -24,10 +24,12 @@ from .glove import Glove, GloveReader, HandFeatures, hand_features
 from .grip_laws import GripLaw, GripReading, LoadGrip, LoadGripOptions, SlipGrip
 from .hough import HoughOptions, hough_axis
 from .image import TactileArray, TactileImage, tangents
+from .load_memory import FoamMemory, MemoryFilter, fit_memory
 from .moments import long_axis
 from .phase_options import PhaseOptions
 from .phase_step import PhaseStep
 from .phases import TouchPhases
+from .press_decoder import PressDecoder, fit_decoder
 from .selection import PRESETS, SelectionMatrix
 from .servo import ServoGoal, TactileServo
 from .servo_options import ServoOptions
@@ -48,6 +50,7 @@ __all__ = [
     "ContourPoint",
     "FeatureOptions",
     "FeatureReader",
+    "FoamMemory",
     "FrictionPull",
     "Glove",
     "GloveReader",
@@ -57,8 +60,10 @@ __all__ = [
     "HoughOptions",
     "LoadGrip",
     "LoadGripOptions",
+    "MemoryFilter",
     "PhaseOptions",
     "PhaseStep",
+    "PressDecoder",
     "PullOptions",
     "SelectionMatrix",
     "ServoGoal",
@@ -74,6 +79,8 @@ __all__ = [
     "calibrate_linear",
     "contact_features",
     "contact_region",
+    "fit_decoder",
+    "fit_memory",
     "hand_features",
     "hough_axis",
     "identify_timing",

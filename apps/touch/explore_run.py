@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.data_synth.pad import (
-    POINT_SPREAD_M,
     Arm,
     PadScene,
     PlacedObject,
@@ -20,6 +19,7 @@ from eyehand.data_synth.pad import (
 from eyehand.tactile import (
     PRESETS,
     ContactFeatures,
+    MemoryFilter,
     PhaseOptions,
     ServoGoal,
     TactileServo,
@@ -30,6 +30,7 @@ from .arm_rig import CYCLE, ArmRig, Hand, RigOptions, SensorName, home_pose
 from .commissioning import commissioned
 from .explore_lanes import distances, lanes, position_on_path
 from .felt_points import felt_points
+from .press_bench import pressed_decoder
 from .start_posture import facing_down, start_posture
 
 BASE_DISTANCE = 1.2
@@ -163,7 +164,8 @@ def _scan(
     )
     phases = TouchPhases(servo, options)
     phases.phase = "hold"
-    foam, still, spread = scene.pad.foam, np.zeros(6), POINT_SPREAD_M
+    decoder, memory = pressed_decoder(pad[1], pad[0], number)
+    filtered, still = MemoryFilter(memory), np.zeros(6)
     points, blurred = [np.zeros((0, 3))], [np.zeros((0, 3))]
     path, forces, tilt, lowest = [], [], 0.0, np.inf
     cycle, force = 0, FORCE
@@ -182,14 +184,14 @@ def _scan(
         step = phases.step(felt, CYCLE, external=guide, measured=hand.twist)
         twists = [step.twist if k == number else still for k in range(len(arms))]
         reading = rig.step(*twists)[-1][number]
+        image = filtered.correct(hand.reader.image.pressures, CYCLE)
         cycle += 1
         if travelled > 0.0 and cycle % EVERY == 0 and phases.phase == "task":
             pose = hand.pose
             forces.append(reading.force)
             path.append(pose.translation - origin)
-            image = hand.reader.image
-            points.append(pose.apply(felt_points(image, foam, spread)) - origin)
-            blurred.append(pose.apply(felt_points(image, foam)) - origin)
+            points.append(pose.apply(felt_points(image, decoder)) - origin)
+            blurred.append(pose.apply(felt_points(image, decoder, sharpen=False)) - origin)
             tilt = max(tilt, _tilt(pose.rotation.as_matrix()))
             lowest = min(lowest, float((pose.apply(_RIM) - origin)[:, 2].min()))
     return _PadScan(

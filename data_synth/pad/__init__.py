@@ -6,14 +6,13 @@ A foam bed presses on objects and feels them (`TactilePad`), an arm carries it (
 
 from .calibration_bench import run_bench
 from .foam import Foam
-from .foam_column import CELLS_PER_TACTEL
 from .held_object import HeldObject, HeldSimulation
 from .pad_options import PadOptions
 from .pad_scene import Arm, PadScene, PlacedObject, pad_scene, padded_arm
 from .pad_simulation import CONTROL_RATE, PadSample, PadSimulation
 from .sensor_model import SENSORS, SensorModel
 from .simulated_sensor import SimulatedSensor
-from .tactel_spread import POINT_SPREAD_M, spread_weights
+from .tactel_spread import spread_weights
 from .tactile_pad import IMAGE_RATE, PAD_SITE, TactilePad
 from .tactile_readout import TactileReadout
 from .touch_objects import (
@@ -31,11 +30,9 @@ from .touch_objects import (
 from .touch_surface import surface_distance, top_surface
 
 __all__ = [
-    "CELLS_PER_TACTEL",
     "CONTROL_RATE",
     "IMAGE_RATE",
     "PAD_SITE",
-    "POINT_SPREAD_M",
     "SENSORS",
     "Arm",
     "Foam",
