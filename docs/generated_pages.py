@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import ast
 import importlib
 import inspect
 import re
+import textwrap
 from pathlib import Path
 from typing import Any
 
@@ -118,7 +120,51 @@ def python_page() -> str:
             if inspect.isclass(value) or inspect.isroutine(value):
                 parts += [f"### {package}.{name}", _fenced(_signature(name, value))]
                 parts.append(_fenced(_docstring(value)))
+                members = _members(value) if inspect.isclass(value) else {}
+                if members:
+                    rows = (f"| `{name}` | {_escaped(text)} |" for name, text in members.items())
+                    parts.append("\n".join(("| member | meaning |", "| --- | --- |", *rows)))
     return "\n\n".join(parts) + "\n"
+
+
+def _members(value: type) -> dict[str, str]:
+    """Return the documented public members of a class and its bases in eyehand.
+
+    Fields are documented by the string below them, methods by their first paragraph.
+    """
+    members: dict[str, str] = {}
+    for base in reversed(value.__mro__):
+        if base.__module__.startswith("eyehand."):
+            tree = ast.parse(textwrap.dedent(inspect.getsource(base))).body[0]
+            assert isinstance(tree, ast.ClassDef)
+            members |= _documented(tree.body)
+    return {name: text for name, text in members.items() if not name.startswith("_")}
+
+
+def _documented(body: list[ast.stmt]) -> dict[str, str]:
+    """Return name → first paragraph of the fields and methods of a class or of `__init__`."""
+    found: dict[str, str] = {}
+    for statement, after in zip(body, [*body[1:], ast.Pass()], strict=True):
+        name, text = "", None
+        if isinstance(statement, ast.FunctionDef):
+            text = ast.get_docstring(statement)
+            name = statement.name + ("" if _is_property(statement) else "()")
+            if statement.name == "__init__":
+                found |= _documented(statement.body)
+        elif isinstance(statement, ast.AnnAssign | ast.Assign):
+            targets = (
+                [statement.target] if isinstance(statement, ast.AnnAssign) else statement.targets
+            )
+            name = ast.unparse(targets[0]).removeprefix("self.")
+            if isinstance(after, ast.Expr) and isinstance(after.value, ast.Constant):
+                text = inspect.cleandoc(str(after.value.value))
+        if text:
+            found[name] = " ".join(text.partition("\n\n")[0].split())
+    return found
+
+
+def _is_property(function: ast.FunctionDef) -> bool:
+    return any(ast.unparse(one).endswith("property") for one in function.decorator_list)
 
 
 def examples_page() -> str:

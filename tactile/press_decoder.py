@@ -59,6 +59,13 @@ class PressDecoder:
         """Return pressures (N,), Pa, without the differences of the tactels' gains, >= 0."""
         return np.maximum(pressures, 0.0) / self.gains
 
+    @property
+    def cells(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Centres of the cells of `deconvolve` along x and y of the pad, m."""
+        columns = _grid_of(self.array)[1]
+        places = self.array.positions
+        return _cell_centres(places[:columns, 0]), _cell_centres(places[::columns, 1])
+
     def deconvolve(
         self, pressures: NDArray[np.float64], rounds: int = ROUNDS
     ) -> NDArray[np.float64]:
@@ -115,10 +122,7 @@ class PressDecoder:
         Each row adds up to 1, because the gains make all tactels equal under an even pressure.
         """
         places = self.array.positions[:, :2]
-        columns = _grid_of(self.array)[1]
-        x = cell_centres(places[:columns, 0])
-        y = cell_centres(places[::columns, 1])
-        cells = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+        cells = np.stack(np.meshgrid(*self.cells), axis=-1).reshape(-1, 2)
         offsets = cells[None] - places[:, None]
         near = np.hypot(*np.moveaxis(offsets, 2, 0)) < self.radii[-1] + self.array.area**0.5
         found = _hat_means(offsets[near], self.radii, self.array.area**0.5, 0.0) @ self.response
@@ -188,7 +192,7 @@ def fit_decoder(
     return PressDecoder(array, gains, radii, response, levels, plate_depths, residual)
 
 
-def cell_centres(places: NDArray[np.float64]) -> NDArray[np.float64]:
+def _cell_centres(places: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the centres of the cells within a row of tactels with these centres (N,), m."""
     pitch = places[1] - places[0]
     within = ((np.arange(CELLS_PER_TACTEL) + 0.5) / CELLS_PER_TACTEL - 0.5) * pitch

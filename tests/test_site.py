@@ -36,6 +36,9 @@ def test_page_of_python_describes_all_public_names():
     assert "\n### perception.perceive\n" in page
     assert "\n### control.ApproachController\n" in page
     assert page.count("\n### ") > 200
+    # A field, a method, and a member of a protocol.
+    assert "| `max_extent` | " in page
+    assert "| `distance()` | " in page
 
 
 def test_page_of_examples_shows_all_scripts():

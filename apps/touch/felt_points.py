@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eyehand.tactile import PressDecoder
-from eyehand.tactile.press_decoder import CELLS_PER_TACTEL, cell_centres
 
 MIN_PRESSURE = 200.0
 """Minimum pressure of a point, Pa, slightly above the sensor's lower limit. A lower pressure may
@@ -46,7 +45,7 @@ def felt_points(
     image = decoder.equalized(pressures).reshape(len(y), len(x))
     if sharpen:
         image = decoder.deconvolve(pressures)
-        x, y, border = cell_centres(x), cell_centres(y), CELLS_PER_TACTEL
+        (x, y), border = decoder.cells, len(image) // len(places)
     windows = _windows(image)
     felt = (image > MIN_PRESSURE) & (image >= MIN_SHARE * windows.max(axis=0))
     # The windows are incomplete at the border because nothing is measured beyond it.

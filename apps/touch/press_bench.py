@@ -7,7 +7,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from eyehand.data_synth.mujoco_import import import_mujoco
+from eyehand.data_synth import import_mujoco
 from eyehand.data_synth.pad import (
     CONTROL_RATE,
     PAD_SITE,
