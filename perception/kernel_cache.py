@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from .frame import CameraIntrinsics, DepthFrame
 from .scene import perceive
 from .segmentation import SegmentationOptions, segment
+from .segmentation.cut_necks import NECK, separate_parts
 from .segmentation.furniture_walls import Face, remove_faces
 from .segmentation.local_planes import fit_centred_windows
 from .segmentation.select_objects import count_inner
@@ -50,11 +51,12 @@ def warm_up() -> None:
     perceive(_angle_frame(camera))
     segment(frame, SegmentationOptions(stride=2))
     segment(_bin_frame(camera))
-    # Small images have no slivers, no seams and no furniture.
+    # Small images have no slivers, no seams, no necks and no furniture.
     wall = Face(np.eye(3), 0.0, 0.0, np.zeros(2), np.zeros(2))
     remove_faces(np.ones(depth.shape, np.bool_), working_image(frame, 1), [wall])
     ones = np.ones((8, 8), np.int32)
     replace_by_nearest(ones, np.array([False, True]), 1)
+    separate_parts(ones, np.array([False, True]), np.ones((8, 8), np.float32), 2.0, NECK)
     count_inner(np.arange(8, dtype=np.int32), ones)
 
 

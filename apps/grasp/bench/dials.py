@@ -19,7 +19,7 @@ DEFAULT = "default"
 MIN_OBJECT_PX = 80
 """Minimum number of pixels of an object. One of 20 mm has 120 pixels at the camera distance of
 0.85 m."""
-FAST_SEGMENTATION_SHARE, FAST_FIT_MS = 0.66, 8.0
+FAST_SEGMENTATION_SHARE, FAST_FIT_MS = 0.66, 12.0
 """Time budgets of fast perception: the segmentation's as a share of the default's stored time, the
 fit's in ms on the machine of its stored front. They are the shortest at which most objects are
 separated and fits keep most of their overlap."""

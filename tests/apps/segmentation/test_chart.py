@@ -28,7 +28,9 @@ def run(*arguments, capsys) -> tuple[int, str, str]:
 
 def test_charts_one_synthetic_frame(tmp_path, capsys, monkeypatch):
     # The other baselines have their own test and take seconds.
-    fast = [baseline for baseline in BASELINES if baseline.name in ("depth steps", "Open3D DBSCAN")]
+    fast = [
+        baseline for baseline in BASELINES if baseline.name in ("normal edges", "Open3D DBSCAN")
+    ]
     monkeypatch.setattr(chart_segmentation, "BASELINES", fast)
     code, out, err = run(
         "--quick", "--kinds", "separate", "--json", "--out", tmp_path, capsys=capsys
@@ -58,7 +60,7 @@ def test_charts_one_synthetic_frame(tmp_path, capsys, monkeypatch):
     assert [row["name"] for row in own if row["default"]] == ["default"]
     assert any(row["front"] for row in own)
     assert all(row["median_ms"] > 0 for row in report["rows"])
-    assert {"eyehand", "depth steps", "Open3D DBSCAN"} == {row["method"] for row in report["rows"]}
+    assert {"eyehand", "normal edges", "Open3D DBSCAN"} == {row["method"] for row in report["rows"]}
     assert "Pareto front" in err
 
 
