@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -172,14 +172,18 @@ def _ompl_path(
         bounds.setHigh(joint, float(robot.upper[joint]))
     space.setBounds(bounds)
 
+    # The stubs of OMPL do not know that states have indices.
     def state(values: NDArray[np.float64]) -> Any:
-        one = space.allocState()
+        one = cast("Any", space.allocState())
         for joint in range(n):
             one[joint] = float(values[joint])
         return one
 
+    def joints(at: Any) -> NDArray[np.float64]:
+        return np.array([at[joint] for joint in range(n)])
+
     setup = geometric.SimpleSetup(space)
-    setup.setStateValidityChecker(lambda at: is_free(np.array([at[k] for k in range(n)])))
+    setup.setStateValidityChecker(lambda at: is_free(joints(at)))
     information = setup.getSpaceInformation()
     information.setStateValidityCheckingResolution(RESOLUTION)
     setup.setStartState(state(q))
@@ -194,7 +198,7 @@ def _ompl_path(
     setup.simplifySolution(SEARCH_S)
     path = setup.getSolutionPath()
     path.interpolate()
-    return np.array([[at[k] for k in range(n)] for at in path.getStates()])
+    return np.array([joints(at) for at in path.getStates()])
 
 
 def _timed(path: NDArray[np.float64], robot: RobotModel, dt: float) -> NDArray[np.float64]:
