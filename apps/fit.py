@@ -87,7 +87,7 @@ def fit_command(
     density
         Density of the solid in the MJCF and URDF files, kg/m³.
     view
-        Show clouds and solids on a live page with a slider for each parameter. Ctrl-C ends it.
+        Show clouds and solids on a live page. Ctrl-C ends it.
     port
         Port of the live page. If it is taken, the next free port is used.
     page
@@ -175,11 +175,11 @@ def _write(folder: Path, fits: Sequence[FittedCloud], mesh: MeshFormat, density:
 
 
 def _serve(fits: Sequence[FittedCloud], port: int) -> None:
-    from .fitting.live_page import LivePage
+    from .fitting.solid_page import served_page, wait_for_interrupt
 
-    page = LivePage(fits, port)
-    say(f"live page at {page.address} - Ctrl-C ends it")
-    page.wait()
+    with served_page(fits, port) as address:
+        say(f"live page at {address} - Ctrl-C ends it")
+        wait_for_interrupt()
     say("page closed")
 
 
