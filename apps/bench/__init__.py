@@ -18,7 +18,6 @@ Other packages import from here and from these submodules:
 - :mod:`.pareto` and :mod:`.pareto_chart`: the Pareto front and its chart.
 - :mod:`.shares`: shares of trials, their confidence intervals, and bars of stress charts.
 - :mod:`.sweep`: sweeps one by one, without the command.
-- :mod:`.stress_case`: single cases of a stress test, such as invalid inputs.
 - :mod:`.machine` and :mod:`.peak_memory`: processor cores, and memory of a function call.
 """
 
@@ -29,13 +28,12 @@ from .dial_chart import ChartWords, DialChart, FrontPlace, Measured, check_chart
 from .dials import DialBoard
 from .experiment import Experiment, ExperimentResult, TrialPlan, result_table, run_experiment
 from .machine import machine_line
-from .stress import CheckReport, StressArguments, StressCheck, StressStage, run_stress
+from .stress import StressArguments, StressStage, run_stress
 from .sweep import Sweep, SweepStep, Trial, as_sweep
 from .sweep_chart import ReportSpec
 
 __all__ = [
     "ChartWords",
-    "CheckReport",
     "DialBoard",
     "DialChart",
     "Experiment",
@@ -47,7 +45,6 @@ __all__ = [
     "Provenance",
     "ReportSpec",
     "StressArguments",
-    "StressCheck",
     "StressStage",
     "Sweep",
     "SweepStep",

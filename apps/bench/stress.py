@@ -46,30 +46,6 @@ class StressArguments:
 
 
 @dataclass(frozen=True)
-class CheckReport:
-    """The result of a check beside the sweeps."""
-
-    table: Table
-    """Table for people."""
-    rows: Sequence[Mapping[str, Any]]
-    """Rows for JSON."""
-    faults: Sequence[str] = ()
-    """One line per violated expectation."""
-
-
-@dataclass(frozen=True)
-class StressCheck(Generic[Tested]):
-    """A set of cases beside the sweeps, for instance invalid inputs."""
-
-    name: str
-    """Name for ``--only``, and the key of its rows in JSON."""
-    run: Callable[[range, Tested], CheckReport]
-    """Run the cases of a method with these seeds."""
-    by_default: bool = True
-    """Whether it runs when ``--only`` names nothing."""
-
-
-@dataclass(frozen=True)
 class StressStage(Generic[Tested]):
     """All that one stage's stress command consists of."""
 
@@ -87,8 +63,6 @@ class StressStage(Generic[Tested]):
     """Trials per value of a quick run when no number is given."""
     prepare: Callable[[], None] | None = None
     """Called once before the first trial, for instance to compile kernels."""
-    checks: Sequence[StressCheck[Tested]] = ()
-    """Checks beside the sweeps."""
     write_files: Callable[[Path, Sequence[SweepResult]], Sequence[str]] | None = None
     """Write further files into the output folder and return their names."""
     members: Mapping[str, Any] = field(default_factory=dict)
@@ -96,12 +70,12 @@ class StressStage(Generic[Tested]):
 
 
 def run_stress(stage: StressStage[Any], arguments: StressArguments) -> int:
-    """Run the sweeps and checks of a stage, write its chart, and print where it breaks.
+    """Run the sweeps of a stage, write its chart, and print where it breaks.
 
     Returns
     -------
     int
-        Exit code: 1 when a bound or an expectation is violated, otherwise 0.
+        Exit code: 1 when a bound is violated, otherwise 0.
 
     Raises
     ------
@@ -109,7 +83,7 @@ def run_stress(stage: StressStage[Any], arguments: StressArguments) -> int:
         If a name is unknown, or a number of seeds or the first seed is invalid.
     """
     seeds = _seed_range(stage, arguments)
-    sweeps, checks = _selected(stage, arguments.only or ())
+    sweeps = select_sweeps(stage.sweeps, arguments.only or ())
     out = arguments.out or Path(f"out/stress_{stage.name}")
     claim_folder(out)
     if stage.prepare is not None:
@@ -119,23 +93,13 @@ def run_stress(stage: StressStage[Any], arguments: StressArguments) -> int:
         for sweep in tracked(sweeps, "sweeps")
     ]
     files = stage.write_files(out, results) if stage.write_files else ()
-    reports = {check.name: check.run(seeds, stage.method) for check in checks}
-    for report in reports.values():
-        show(report.table, json_wanted=arguments.json)
-    if results:
-        write_stress_chart(out / CHART_FILES[0], results, stage.report, len(seeds), seeds.start)
-        files = [*CHART_FILES, *files]
-        show(_table(results, stage.report), json_wanted=arguments.json)
-    if files:
-        say(f"{', '.join(files)} in {out}")
-    faults = [fault for result in (*results, *reports.values()) for fault in result.faults]
+    write_stress_chart(out / CHART_FILES[0], results, stage.report, len(seeds), seeds.start)
+    show(_table(results, stage.report), json_wanted=arguments.json)
+    say(f"{', '.join([*CHART_FILES, *files])} in {out}")
+    faults = [fault for result in results for fault in result.faults]
     for fault in faults:
         say(f"broken bound: {fault}")
     if arguments.json:
-        check_rows = {
-            check.name: reports[check.name].rows if check.name in reports else []
-            for check in stage.checks
-        }
         print_json(
             f"stress_{stage.name}",
             seeds.start,
@@ -145,7 +109,6 @@ def run_stress(stage: StressStage[Any], arguments: StressArguments) -> int:
             broken_bounds=faults,
             points=point_rows(results, stage.report),
             out=str(out),
-            **check_rows,
             **stage.members,
         )
     return 1 if faults else 0
@@ -160,16 +123,6 @@ def _seed_range(stage: StressStage[Any], arguments: StressArguments) -> range:
     if arguments.seed < 0:
         raise InputError(f"--seed must be a whole number >= 0, got {arguments.seed}")
     return range(arguments.seed, arguments.seed + count)
-
-
-def _selected(
-    stage: StressStage[Any], only: Sequence[str]
-) -> tuple[Sequence[Sweep[Any]], list[StressCheck[Any]]]:
-    names = [check.name for check in stage.checks]
-    sweeps = select_sweeps(stage.sweeps, only, names)
-    if only:
-        return sweeps, [check for check in stage.checks if check.name in only]
-    return sweeps, [check for check in stage.checks if check.by_default]
 
 
 def _table(results: Sequence[SweepResult], report: ReportSpec) -> Table:

@@ -212,7 +212,7 @@ def run_sweep(sweep: Sweep[Tested], seeds: Sequence[int], method: Tested) -> Swe
 
 
 def select_sweeps(
-    sweeps: Sequence[Sweep[Tested]], only: Sequence[str] = (), others: Sequence[str] = ()
+    sweeps: Sequence[Sweep[Tested]], only: Sequence[str] = ()
 ) -> tuple[Sweep[Tested], ...]:
     """Return the named sweeps, in the order of `sweeps`, or all sweeps if no name is given.
 
@@ -222,15 +222,13 @@ def select_sweeps(
         All sweeps.
     only
         Names to keep.
-    others
-        Names that are also valid and select no sweep, for example of single test cases.
 
     Raises
     ------
     InputError
         If a name is unknown.
     """
-    names = [*(sweep.name for sweep in sweeps), *others]
+    names = [sweep.name for sweep in sweeps]
     for name in only:
         if name not in names:
             raise InputError(f"no sweep is called {name!r}, expected one of {', '.join(names)}")

@@ -7,10 +7,8 @@ from typing import TYPE_CHECKING, Any
 from eyehand.control import ControlOptions
 
 from ..bench import (
-    CheckReport,
     ReportSpec,
     StressArguments,
-    StressCheck,
     StressStage,
     Sweep,
     SweepStep,
@@ -18,11 +16,9 @@ from ..bench import (
 )
 from ..bench.chart_style import GREY, VERMILION, draw_curve
 from ..bench.shares import draw_bars, draw_dotted, refused_pct, score_pct, unclean_pct, worst
-from ..bench.stress_case import check_cases
 from .contact_sweeps import contact_sweeps
 from .gain_sweeps import gain_sweeps
 from .goal_sweeps import goal_sweeps
-from .invalid_inputs import invalid_inputs
 from .limit_sweeps import limit_sweeps
 from .stress_trial import MotionFigures
 
@@ -43,9 +39,8 @@ def stress_motion(arguments: StressArguments | None = None) -> int:
     cover goals out of reach, inside obstacles, behind walls, at joint limits and in conflict; gains
     and periods past stability; parallel faces, starts in penetration, and flying obstacles. Each
     trial must end in a named status or a refusal. A joint beyond its speed limit, a distance below
-    the margin, or NaN is a violation at every value. Invalid inputs run as the sweep "inputs": each
-    must be refused, and the message must name a valid value. Exit code 1: a bound is violated.
-    Writes stress.png and stress.csv.
+    the margin, or NaN is a violation at every value. Exit code 1: a bound is violated. Writes
+    stress.png and stress.csv.
     """
     return run_stress(motion_stage(), arguments or StressArguments())
 
@@ -72,12 +67,7 @@ def motion_stage() -> StressStage[ControlOptions]:
         ),
         seeds=10,
         quick_seeds=1,
-        checks=[StressCheck("inputs", _check_inputs)],
     )
-
-
-def _check_inputs(seeds: range, options: ControlOptions) -> CheckReport:
-    return check_cases("invalid input", invalid_inputs(), seeds[:1], options)
 
 
 def _figures(step: SweepStep) -> dict[str, Any]:

@@ -10,10 +10,8 @@ import numpy as np
 from eyehand.apps.perceived_frame import load_kernels
 
 from ...bench import (
-    CheckReport,
     ReportSpec,
     StressArguments,
-    StressCheck,
     StressStage,
     Sweep,
     SweepStep,
@@ -21,10 +19,8 @@ from ...bench import (
 )
 from ...bench.chart_style import COLOURS, GREY, SKY, VERMILION, draw_curve
 from ...bench.shares import draw_bars, draw_dotted, milliseconds, percent, refused_pct, share_pct
-from ...bench.stress_case import check_cases
 from .baselines import find_baseline
 from .cloud_sweeps import cloud_sweeps
-from .extreme_clouds import extremes
 from .fit_answer import FAILED
 from .rendered_sweeps import rendered_sweeps
 from .solid_sweeps import solid_sweeps
@@ -36,8 +32,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-MAX_EXTREME_SEEDS = 3
-"""Number of seeds for each extreme cloud. The answer hardly depends on them."""
 MEDIAN, WORST = 0, COLOURS.index(SKY)
 """Places of the curves in COLOURS."""
 
@@ -50,16 +44,13 @@ def stress_fit(
     """Make clouds of known solids harder step by step until the fit breaks, and chart where.
 
     Tries 20 clouds at each value, or 3 with --quick. Each sweep has a bound that must hold. Past
-    the bound an answer may be wrong, but it must still be valid. Extreme clouds (empty, NaN, on a
-    line, in wrong units, 10 km away ...) run as the sweep "extremes": each must be refused with a
-    reason, or return the same solid as the usual cloud, or fail with a warning. Exit code 1: a
-    bound or an expectation is violated. Writes stress.png and stress.csv.
+    the bound an answer may be wrong, but it must still be valid. Exit code 1: a bound is violated.
+    Writes stress.png and stress.csv.
 
     Parameters
     ----------
     baseline
-        Test another fitter: the name of a baseline, or module:function. No bound applies to it,
-        and extreme clouds run only when they are named.
+        Test another fitter: the name of a baseline, or module:function. No bound applies to it.
     """
     return run_stress(fit_stage(baseline), arguments or StressArguments())
 
@@ -89,7 +80,6 @@ def fit_stage(baseline: str | None = None) -> StressStage[FitCallable]:
         seeds=20,
         quick_seeds=3,
         prepare=load_kernels,
-        checks=[StressCheck("extremes", _check_extremes if own else _show_extremes, own)],
         members={"baseline": baseline},
     )
 
@@ -97,15 +87,6 @@ def fit_stage(baseline: str | None = None) -> StressStage[FitCallable]:
 def silent_pct(step: SweepStep) -> float:
     """Return the percentage of trials with a failed solid and no refusal."""
     return share_pct(step, lambda trial: trial.score is not None and trial.score < FAILED)
-
-
-def _check_extremes(seeds: range, method: FitCallable) -> CheckReport:
-    return check_cases("extreme clouds", extremes(), seeds[:MAX_EXTREME_SEEDS], method)
-
-
-def _show_extremes(seeds: range, method: FitCallable) -> CheckReport:
-    """Run the extreme clouds without requirements."""
-    return replace(_check_extremes(seeds, method), faults=())
 
 
 def _figures(step: SweepStep) -> dict[str, Any]:

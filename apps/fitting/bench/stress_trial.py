@@ -16,7 +16,7 @@ from eyehand.perception.superquadric import mesh
 
 from ...bench import Trial
 from .baselines import Fitter
-from .fit_answer import FAILED, FitAnswer
+from .fit_answer import FitAnswer
 from .score import overlap
 from .stress_views import CloudView
 
@@ -82,13 +82,6 @@ def try_refusal(method: FitCallable, view: CloudView, words: str) -> Trial:
         note = "" if named else f"refused, but: {answer.reason}"
         return Trial(named, note, seconds=seconds, refused=True)
     return Trial(False, f"not refused: {outline(answer.parts)}", seconds=seconds)
-
-
-def try_no_silent_failure(method: FitCallable, view: CloudView, seed: int) -> Trial:
-    """Fit a difficult view. Right: a refusal, or a solid that has not failed."""
-    trial = try_fit(method, view, seed)
-    right = trial.refused or (trial.score or 0.0) >= FAILED
-    return replace(trial, passed=True, note="") if trial.clean and right else trial
 
 
 def try_stated_doubt(method: FitCallable, view: CloudView, seed: int) -> Trial:

@@ -1,4 +1,4 @@
-"""`eyehand stress motion`: limits of every motion, invalid inputs, files and exit codes."""
+"""`eyehand stress motion`: limits of every motion, files and exit codes."""
 
 import csv
 import json
@@ -8,9 +8,7 @@ import numpy as np
 import pytest
 
 from eyehand.apps.bench import StressArguments, Sweep, Trial
-from eyehand.apps.bench.stress_case import CaseResult, StressCase, run_case
 from eyehand.apps.motion import stress
-from eyehand.apps.motion.invalid_inputs import invalid, invalid_inputs
 from eyehand.apps.motion.stress import control_sweeps, stress_motion
 from eyehand.apps.motion.stress_trial import Motion, find_fault, lbr_world, motion_trial, simulate
 from eyehand.control import ControlOptions
@@ -58,27 +56,6 @@ def test_faults_are_found(motion):
     assert not motion_trial(near, options, passed=True).clean
 
 
-def run(case: StressCase[ControlOptions]) -> CaseResult:
-    return run_case(case, [0], ControlOptions())
-
-
-@pytest.mark.parametrize("case", invalid_inputs(), ids=lambda case: case.name)
-def test_invalid_input_is_rejected_with_a_message(case):
-    result = run(case)
-    assert result.kept, result.happened
-    assert "\n" not in result.happened
-
-
-def test_other_results_are_reported():
-    assert run(invalid("fine", (), dict)).happened == "accepted"
-    assert "ValueError" in run(invalid("crash", (), lambda: int("x"))).happened
-
-    def vague() -> None:
-        raise InputError("no")
-
-    assert not run(invalid("vague", ("goal",), vague)).kept
-
-
 def test_sweeps_have_unique_names_and_bounds():
     sweeps = control_sweeps()
     assert len({sweep.name for sweep in sweeps}) == len(sweeps)
@@ -105,14 +82,6 @@ def test_command_writes_chart_and_one_json_object(tmp_path, capsys):
     assert all(float(row["gradient_jump_pct"]) > 0 for row in rows if "cover" in row["name"])
 
 
-def test_check_of_inputs_alone_writes_no_chart(tmp_path, capsys):
-    assert stress_motion(StressArguments(only=["inputs"], out=tmp_path, json=True)) == 0
-    report = json.loads(capsys.readouterr().out)
-    assert len(report["inputs"]) == len(invalid_inputs())
-    assert all(row["kept"] for row in report["inputs"])
-    assert list(tmp_path.iterdir()) == []
-
-
 def test_broken_bound_gives_exit_code_1_and_is_named(tmp_path, capsys, monkeypatch):
     def attempt(value: float, seed: int, options: ControlOptions) -> Trial:
         return Trial(value < 2, "went astray")
@@ -124,7 +93,7 @@ def test_broken_bound_gives_exit_code_1_and_is_named(tmp_path, capsys, monkeypat
 
 
 def test_unknown_sweep_is_rejected_with_the_valid_names(tmp_path):
-    with pytest.raises(InputError, match=r"'nope'.*out-of-reach.*inputs"):
+    with pytest.raises(InputError, match=r"'nope'.*out-of-reach.*gain"):
         stress_motion(StressArguments(only=["nope"], out=tmp_path))
     with pytest.raises(InputError, match="--seeds"):
         stress_motion(StressArguments(seeds=0, out=tmp_path))

@@ -6,8 +6,6 @@ import pytest
 
 from eyehand.apps.bench import SweepStep, Trial
 from eyehand.apps.bench.shares import refused_pct
-from eyehand.apps.fitting.bench import stress as stress_fit
-from eyehand.apps.fitting.bench.fit_answer import FitAnswer
 from eyehand.apps.fitting.bench.stress import fit_stage, silent_pct
 from eyehand.apps.main import main
 
@@ -30,7 +28,6 @@ def test_command_reports_break_points_and_writes_files(tmp_path, capsys):
     report = json.loads(out)
     assert report["schema"] == "eyehand.stress_fit/1"
     assert (report["seed"], report["seeds"], report["broken_bounds"]) == (0, 1, [])
-    assert report["extremes"] == []
     assert [row["name"] for row in report["rows"]] == ["points", "from-above"]
     few = report["points"][2]
     assert (few["value"], few["right_pct"], few["refused_pct"]) == (10, 100.0, 100.0)
@@ -42,38 +39,15 @@ def test_command_reports_break_points_and_writes_files(tmp_path, capsys):
     ]
 
 
-def test_extreme_clouds_alone_give_a_table_and_no_chart(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr(stress_fit, "fit_method", lambda view: FitAnswer((), "too few points"))
-    code, out, err = run(
-        "--only", "extremes", "--seeds", 1, "--json", "--out", tmp_path, capsys=capsys
-    )
-    report = json.loads(out)
-    kept = {row["name"]: row["kept"] for row in report["extremes"]}
-    assert (kept["no points"], kept["one NaN"], kept["a slanting turn"]) == (True, False, False)
-    assert code == 1
-    assert "broken bound: one NaN: must refuse, 0 of 1 did; refused, but: too few points" in err
-    assert list(tmp_path.iterdir()) == []
-
-
 def test_baseline_has_no_bounds(tmp_path, capsys):
     code, out, err = run(
-        *(
-            "--only",
-            "noise",
-            "--quick",
-            "--seeds",
-            1,
-            "--baseline",
-            "ems",
-            "--json",
-            "--out",
-            tmp_path,
-        ),
+        *("--only", "noise", "--quick", "--seeds", 1, "--baseline", "ems"),
+        *("--json", "--out", tmp_path),
         capsys=capsys,
     )
     assert code == 0, err
     report = json.loads(out)
-    assert (report["baseline"], report["extremes"]) == ("ems", [])
+    assert report["baseline"] == "ems"
     (noise,) = report["rows"]
     assert (noise["holds_to"], noise["bound_kept"]) == (None, True)
     assert report["points"][-1]["right_pct"] == 0
@@ -83,7 +57,7 @@ def test_baseline_has_no_bounds(tmp_path, capsys):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (("--only", "cup"), "extremes"),
+        (("--only", "cup"), "from-above"),
         (("--baseline", "nobody"), "nobody"),
         (("--seeds", 0), "--seeds"),
         (("--seed", -1), "--seed"),

@@ -1,13 +1,11 @@
-"""Clouds of the sweeps have the stated difficulty, and extremes tell right from wrong answers."""
+"""Clouds of the sweeps have the stated difficulty."""
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import RigidTransform
 
-from eyehand.apps.bench import Sweep, Trial
-from eyehand.apps.bench.stress_case import run_case
+from eyehand.apps.bench import Sweep
 from eyehand.apps.fitting.bench.compound_solids import CompoundSolid
-from eyehand.apps.fitting.bench.extreme_clouds import extremes
 from eyehand.apps.fitting.bench.fit_answer import FitAnswer
 from eyehand.apps.fitting.bench.rendered_sweeps import rendered_sweeps
 from eyehand.apps.fitting.bench.score import union_distances
@@ -191,57 +189,3 @@ def test_far_clouds_are_translated_near_clouds():
     assert np.linalg.norm(far.points.mean(axis=0)) == pytest.approx(1e4, rel=1e-3)
     spread = [np.ptp(view.points, axis=0) for view in (near, far)]
     assert spread[0] == pytest.approx(spread[1], abs=1e-10)
-
-
-EXTREMES = {extreme.name: extreme for extreme in extremes()}
-
-
-def verdicts(method, expected: str) -> dict[str, bool]:
-    return {
-        name: run_case(extreme, [0], method).kept
-        for name, extreme in EXTREMES.items()
-        if extreme.expected == expected
-    }
-
-
-def test_extremes_have_unique_names():
-    assert len(EXTREMES) == len(extremes()) >= 50
-
-
-def test_refusing_everything_meets_only_degrade_expectations():
-    def refuse(view: CloudView) -> FitAnswer:
-        return FitAnswer((), "no")
-
-    assert not any(verdicts(refuse, "refuse").values())
-    assert not any(verdicts(refuse, "follow").values())
-    assert all(verdicts(refuse, "degrade").values())
-
-
-def test_constant_answer_meets_almost_no_expectation():
-    pose = RigidTransform.from_translation([0.1, 0.2, 0.3])
-    solid = Superquadric(np.array([0.3, 0.4, 0.5]), (0.1, 0.1), pose)
-
-    def stubborn(view: CloudView) -> FitAnswer:
-        return FitAnswer((solid,), "")
-
-    assert not any(verdicts(stubborn, "refuse").values())
-    stays = {"in another order", "transposed in memory"}
-    assert {name for name, kept in verdicts(stubborn, "follow").items() if kept} == stays
-    assert not any(verdicts(stubborn, "degrade").values())
-
-
-def test_exception_violates_every_expectation():
-    def crash(view: CloudView) -> FitAnswer:
-        raise FloatingPointError("no\nway")
-
-    result = run_case(EXTREMES["one NaN"], [0, 1], crash)
-    assert result.trials == (Trial(False, "raised FloatingPointError: no way", clean=False),) * 2
-    assert result.fault == "one NaN: must refuse, 0 of 2 did; raised FloatingPointError: no way"
-    assert result.row() == {
-        "name": "one NaN",
-        "expected": "refuse",
-        "reason_contains": "NaN or infinite",
-        "trials": 2,
-        "kept": False,
-        "happened": "raised FloatingPointError: no way",
-    }

@@ -17,7 +17,6 @@ from eyehand.apps.fitting.bench.stress_trial import (
     surface_distance,
     try_fit,
     try_following,
-    try_no_silent_failure,
     try_refusal,
     try_shapeless_points,
 )
@@ -48,15 +47,12 @@ def test_true_solid_is_right():
     assert trial.seconds is not None
 
 
-@pytest.mark.parametrize(
-    ("radius", "right", "failed"), [(0.95, True, 0), (0.85, False, 0), (0.7, False, 1)]
-)
-def test_solid_is_right_from_75_pct_iou_and_failed_below_50_pct(radius, right, failed):
+@pytest.mark.parametrize(("radius", "right"), [(0.95, True), (0.85, False), (0.7, False)])
+def test_solid_is_right_from_75_pct_iou(radius, right):
     trial = try_fit(always(sized(radius)), VIEW, 0)
     assert trial.score == pytest.approx(radius**3, abs=0.01)
     assert trial.passed == right
     assert (trial.note == "") == right
-    assert try_no_silent_failure(always(sized(radius)), VIEW, 0).passed == (not failed)
 
 
 def test_iou_counts_the_union_of_parts():
@@ -71,7 +67,6 @@ def test_refusal_must_name_the_fault():
     refusing = always(reason="49 points are too few")
     trial = try_fit(refusing, VIEW, 0)
     assert (trial.passed, trial.refused, trial.score) == (False, True, None)
-    assert try_no_silent_failure(refusing, VIEW, 0).passed
     assert try_shapeless_points(refusing, VIEW).passed
     assert try_refusal(refusing, VIEW, "too few").passed
     unnamed = try_refusal(refusing, VIEW, "line")
