@@ -4,7 +4,7 @@ Equation numbers refer to Haschke's chapter.
 """
 
 from .approach import ApproachController
-from .collision_options import CollisionOptions, CoverOptions
+from .collision_options import CollisionOptions
 from .collision_world import CollisionWorld
 from .control_step import ControlStep
 from .joint_path import JointPath, resample_path
@@ -32,7 +32,6 @@ __all__ = [
     "ControlOptions",
     "ControlStep",
     "ConvexMesh",
-    "CoverOptions",
     "Cylinder",
     "Ellipsoid",
     "JointPath",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import sys
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -42,14 +41,12 @@ class WorldState:
     def make(self) -> CollisionWorld:
         """Return a world with buffers of its own, for another thread.
 
-        It shares MuJoCo's model. Only distances by soft minimum write into it, so those get a copy.
+        It shares MuJoCo's model, which no search changes.
         """
         world = object.__new__(CollisionWorld)
         fields = vars(world)
         fields.update(self._fields)
         model = world.tables.model
-        if world.options.cover is not None:
-            model = copy.copy(model)
         data = mujoco.MjData(model)
         data.qpos[:] = world.robot.home_qpos
         data.mocap_pos[:], data.mocap_quat[:] = self._mocap

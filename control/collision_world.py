@@ -22,7 +22,6 @@ from .proximity_kernels import near_pairs
 from .proximity_tables import ProximityTables, kernel_arguments, shape_row
 from .robot_model import RobotModel
 from .shapes import ConvexMesh, Obstacle, Shape, check_pose, checked_obstacles
-from .sphere_cover import cover_geoms
 from .world_spec import WorldModel, fill_slot
 from .world_tables import AddedGeoms, GeomArrays, build_tables, sort_file_pairs
 
@@ -282,7 +281,6 @@ class CollisionWorld:
         self._geoms.update(zip(primitives, world.slots, strict=False))
         self._shapes = np.array([shape_row(model, geom) for geom in range(model.ngeom)])
         self._motion = np.zeros((model.ngeom, 9))
-        self._spheres, self._covers = cover_geoms(model, self._file_geoms.robot, self.options.cover)
         for name, shape in shapes.items():
             self._update_geom(name, shape)
 
@@ -319,7 +317,7 @@ class CollisionWorld:
             {name: self._geoms[name] for name in self._held},
             self.held,
         )
-        arrays = GeomArrays(self._shapes, self._motion, self._spheres, self._covers)
+        arrays = GeomArrays(self._shapes, self._motion)
         file = self._file_geoms, self._file_pairs
         self.tables = build_tables(self.robot, self._world, *file, added, arrays, self.options)
         self._arguments = kernel_arguments(self.tables)

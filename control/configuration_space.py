@@ -30,8 +30,6 @@ class Space(NamedTuple):
     joints: NDArray[np.int64]
     pairs: NDArray[np.int64]
     held: NDArray[np.float64]
-    spheres: NDArray[np.float64]
-    covers: NDArray[np.int64]
     origin: NDArray[np.float64]
     """Origin (3,) of the controlled frame."""
 
@@ -63,9 +61,7 @@ def clearance_at(q, space, cut_off):
     )
     near = np.empty((len(space.pairs), NEAR_COLUMNS))
     needed = np.full(len(space.pairs), cut_off)
-    count = measure_near(
-        near, nearer(world, cut_off), space.pairs, space.covers, space.spheres, needed
-    )
+    count = measure_near(near, nearer(world, cut_off), space.pairs, needed)
     least = cut_off
     for row in range(count):
         least = min(least, near[row, 1])

@@ -90,17 +90,12 @@ def control_cycle(
     body_axes,
     positions,
     matrices,
-    sizes,
     joints,
     moves,
     shapes,
     twists,
     pairs,
     held,
-    spheres,
-    covers,
-    probe,
-    sharpness,
     cut_off,
 ):
     """Compute the joint velocities for packed tasks among obstacles.
@@ -140,8 +135,8 @@ def control_cycle(
     block = np.zeros((20, n))
     point_jacobian(origin, joints[:, 1], joints[:, 2], frame_moves, anchors, axes, block[:6])
     frame = Frame(q, limits, origin, frame_axes, block[:6], block[6:12])
-    world = World(model, data, positions, matrices, sizes, shapes, probe, sharpness, cut_off)
-    arm = Arm(world, chain, qpos, held, body_positions, body_axes, spheres, covers)
+    world = World(model, data, positions, matrices, shapes, cut_off)
+    arm = Arm(world, chain, qpos, held, body_positions, body_axes)
     near = np.empty((len(pairs), NEAR_COLUMNS))
     update_held_geoms(held, body_positions, body_axes, positions, matrices)
     braking = Brake(block[15], block[16], block[17])
@@ -149,7 +144,7 @@ def control_cycle(
     joint_bounds(q, motion, limits, options, True, ends[0], ends[1], braking)
     case = BrakingCase(q, motion, limits, ends[0], ends[1], braking, options)
     needed_distances(arm, case, needed)
-    near = near[: measure_near(near, world, pairs, covers, spheres, needed[1])]
+    near = near[: measure_near(near, world, pairs, needed[1])]
     rows, drifts = np.empty((len(pairs), n)), np.empty(len(pairs))
     distance_rows(near, chain, rows, drifts)
     report[0] = np.inf

@@ -192,10 +192,10 @@ def make_space(world: CollisionWorld) -> Space:
     tables = world.tables
     model, data = tables.model, tables.data
     inner = World(
-        address(model), address(data), data.geom_xpos, data.geom_xmat, model.geom_size,
-        tables.shapes, tables.probe, tables.sharpness, tables.cut_off,
+        address(model), address(data), data.geom_xpos, data.geom_xmat,
+        tables.shapes, tables.cut_off,
     )  # fmt: skip
     return Space(
         inner, data.qpos, data.xpos, data.xmat, tables.joints, tables.pairs, tables.held,
-        tables.spheres, tables.covers, frame_views(world)[0],
+        frame_views(world)[0],
     )  # fmt: skip

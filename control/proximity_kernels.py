@@ -15,8 +15,6 @@ from .distance_kernels import TOUCHING_M, gap, measure, measure_apart
 from .kinematics_kernels import set_posture
 from .mujoco_binding import address
 from .proximity_tables import (
-    BOUND,
-    HALF,
     HELD_AXES,
     HELD_BODY,
     HELD_GEOM,
@@ -27,9 +25,6 @@ from .proximity_tables import (
 
 NEAR_COLUMNS = 14
 """Columns of the array that `measure_near` fills."""
-MAX_DECAY = 40.0
-"""Maximum exponent of a weight. A sphere with a larger one is ignored, because its weight is less
-than the rounding error."""
 
 
 @njit(cache=True)
@@ -44,25 +39,20 @@ def near_pairs(
     body_axes,
     positions,
     matrices,
-    sizes,
     joints,
     moves,
     shapes,
     motion,
     pairs,
     held,
-    spheres,
-    covers,
-    probe,
-    sharpness,
     cut_off,
 ):
     """Compute the distances of all pairs nearer than the cut-off at ``q``.
 
     The arguments are a flat list for the reason given at `cycle_kernels.control_cycle`. ``model``
     and ``data`` are addresses, ``qpos`` to ``matrices`` are views of the data (``qpos``,
-    ``xanchor``, ``xaxis``, ``xpos``, ``xmat``, ``geom_xpos``, ``geom_xmat``), ``sizes`` is the
-    model's ``geom_size``, the rest the fields of :class:`ProximityTables`.
+    ``xanchor``, ``xaxis``, ``xpos``, ``xmat``, ``geom_xpos``, ``geom_xmat``), the rest fields of
+    :class:`ProximityTables`.
 
     Returns
     -------
@@ -71,10 +61,10 @@ def near_pairs(
     """
     set_posture(model, data, q, qpos, joints[:, 0])
     update_held_geoms(held, body_positions, body_axes, positions, matrices)
-    world = World(model, data, positions, matrices, sizes, shapes, probe, sharpness, cut_off)
+    world = World(model, data, positions, matrices, shapes, cut_off)
     near = np.empty((len(pairs), NEAR_COLUMNS))
     needed = np.full(len(pairs), cut_off)
-    count = measure_near(near, world, pairs, covers, spheres, needed)
+    count = measure_near(near, world, pairs, needed)
     return _results(near[:count], pairs, anchors, axes, joints, moves, motion)
 
 
@@ -82,14 +72,14 @@ def pair_distance(tables: ProximityTables, a: int, b: int, cut_off: float) -> fl
     """Return the signed distance of two geoms for the poses in the data, m, at most the cut-off."""
     model, data = tables.model, tables.data
     world = World(
-        address(model), address(data), data.geom_xpos, data.geom_xmat, model.geom_size,
-        tables.shapes, tables.probe, tables.sharpness, cut_off,
+        address(model), address(data), data.geom_xpos, data.geom_xmat,
+        tables.shapes, cut_off,
     )  # fmt: skip
     return measure(world, a, b, cut_off, np.empty(9))
 
 
 @njit(cache=True)
-def measure_near(near, world, pairs, covers, spheres, needed):
+def measure_near(near, world, pairs, needed):
     """Fill rows of ``near`` (pairs, NEAR_COLUMNS) for the poses in the data; return their count.
 
     A row holds the pair, its distance, the wrench on the robot's part (force, moment about the
@@ -107,24 +97,19 @@ def measure_near(near, world, pairs, covers, spheres, needed):
         apart = gap(a, b, positions, matrices, shapes)
         if apart >= cut_off or (apart >= needed[pair] and apart >= least):
             continue
-        if covers[a, 1] == 0:
-            if apart > TOUCHING_M:
-                distance = measure_apart(world.model, world.data, a, b, cut_off, contact)
-            else:
-                distance = measure(world, a, b, cut_off, contact)
+        if apart > TOUCHING_M:
+            distance = measure_apart(world.model, world.data, a, b, cut_off, contact)
+        else:
+            distance = measure(world, a, b, cut_off, contact)
+        if distance < cut_off:
             x, y, z = contact[0], contact[1], contact[2]
-            near[count, 1] = distance
+            near[count, 0], near[count, 1] = pair, distance
             near[count, 2], near[count, 3], near[count, 4] = x, y, z
             near[count, 5] = contact[4] * z - contact[5] * y
             near[count, 6] = contact[5] * x - contact[3] * z
             near[count, 7] = contact[3] * y - contact[4] * x
             for column in range(6):
                 near[count, 8 + column] = contact[3 + column]
-        else:
-            cover = spheres[covers[a, 0] : covers[a, 0] + covers[a, 1]]
-            distance = _soft_distance(world, a, b, cover, contact, near[count])
-        if distance < cut_off:
-            near[count, 0] = pair
             least = min(least, distance)
             count += 1
     return count
@@ -163,60 +148,6 @@ def distance_row(near_row, pair, anchors, axes, joints, moves, motion, row):
 
 
 @njit(cache=True)
-def _soft_distance(world, a, b, cover, contact, row):
-    """Return the soft minimum d = -log(sum exp(-k d_i)) / k over the spheres of a's cover.
-
-    It is never above the minimum. Normal, moment and points of ``row`` are weighted means with the
-    weights exp(-k d_i) / sum. So the row is the gradient of d.
-    """
-    positions, matrices, shapes = world.positions, world.matrices, world.shapes
-    probe, sharpness, cut_off = world.probe, world.sharpness, world.cut_off
-    row[1:14] = 0.0
-    minimum, total = np.inf, 0.0
-    for sphere in range(len(cover)):
-        for axis in range(3):
-            positions[probe, axis] = positions[a, axis]
-            for column in range(3):
-                into = matrices[a, 3 * axis + column]
-                positions[probe, axis] += into * cover[sphere, column]
-        shapes[probe, BOUND] = cover[sphere, 3]
-        shapes[probe, HALF : HALF + 3] = cover[sphere, 3]
-        reach = min(cut_off, minimum + MAX_DECAY / sharpness)
-        # If the bound is at most 0, the bounding shapes overlap. Only the distance decides then.
-        apart = gap(probe, b, positions, matrices, shapes)
-        if apart >= max(reach, 0.0):
-            continue
-        world.sizes[probe, 0] = cover[sphere, 3]
-        if apart > TOUCHING_M:
-            distance = measure_apart(world.model, world.data, probe, b, cut_off, contact)
-        else:
-            distance = measure(world, probe, b, cut_off, contact)
-        if distance >= reach:
-            continue
-        if distance < minimum:
-            # Weights are relative to the nearest sphere, so that exp() does not overflow.
-            fade = 0.0 if minimum == np.inf else np.exp(-sharpness * (minimum - distance))
-            total *= fade
-            for column in range(2, 14):
-                row[column] *= fade
-            minimum = distance
-        weight = np.exp(-sharpness * (distance - minimum))
-        total += weight
-        for axis in range(3):
-            row[2 + axis] += weight * contact[axis]
-            j, k = (axis + 1) % 3, (axis + 2) % 3
-            row[5 + axis] += weight * (contact[3 + j] * contact[k] - contact[3 + k] * contact[j])
-        for column in range(6):
-            row[8 + column] += weight * contact[3 + column]
-    if minimum == np.inf:
-        return np.inf
-    for column in range(2, 14):
-        row[column] /= total
-    row[1] = minimum - np.log(total) / sharpness
-    return row[1]
-
-
-@njit(cache=True)
 def update_held_geoms(held, body_positions, body_axes, positions, matrices):
     """Move the geoms of held objects with the bodies that hold them."""
     for k in range(len(held)):
@@ -245,15 +176,8 @@ def _results(near, pairs, anchors, axes, joints, moves, motion):
         pair = int(near[row, 0])
         index[row] = pair
         distance[row] = near[row, 1]
-        fx, fy, fz = near[row, 2], near[row, 3], near[row, 4]
-        length = np.sqrt(fx * fx + fy * fy + fz * fz)
-        if length > 0.0:
-            normal[row, 0], normal[row, 1] = fx / length, fy / length
-            normal[row, 2] = fz / length
-        else:
-            # A soft minimum between opposite sides may have no direction. Any unit vector is valid.
-            normal[row, 0], normal[row, 1], normal[row, 2] = 0.0, 0.0, 1.0
         for axis in range(3):
+            normal[row, axis] = near[row, 2 + axis]
             on_robot[row, axis] = near[row, 8 + axis]
             on_other[row, axis] = near[row, 11 + axis]
         drift[row] = distance_row(

@@ -43,14 +43,6 @@ class ProximityTables:
     held: NDArray[np.float64]
     """(held objects, 14): geom, the body that holds it, origin and axes of the geom in this
     body."""
-    spheres: NDArray[np.float64]
-    """(spheres, 4): centre in the geom's frame and radius, all covers one after another."""
-    covers: NDArray[np.int64]
-    """(geoms, 2): first sphere and number of spheres of a geom's cover, 0 for none."""
-    probe: int
-    """Geom of the sphere with which kernels compute distances from points."""
-    sharpness: float
-    """k of the soft minimum over a cover, 1/m."""
     cut_off: float
     """Distance beyond which pairs are skipped, m."""
 
@@ -71,14 +63,8 @@ class World(NamedTuple):
     """``geom_xpos`` (geoms, 3), m."""
     matrices: NDArray[np.float64]
     """``geom_xmat`` (geoms, 9)."""
-    sizes: NDArray[np.float64]
-    """``geom_size`` (geoms, 3), m."""
     shapes: NDArray[np.float64]
     """:attr:`ProximityTables.shapes`."""
-    probe: int
-    """:attr:`ProximityTables.probe`."""
-    sharpness: float
-    """:attr:`ProximityTables.sharpness`, 1/m."""
     cut_off: float
     """:attr:`ProximityTables.cut_off`, m."""
 
@@ -87,8 +73,7 @@ class World(NamedTuple):
 def nearer(world, cut_off):
     """Return a :class:`World` with another cut-off distance, m."""
     return World(
-        world.model, world.data, world.positions, world.matrices, world.sizes, world.shapes,
-        world.probe, world.sharpness, cut_off,
+        world.model, world.data, world.positions, world.matrices, world.shapes, cut_off,
     )  # fmt: skip
 
 
@@ -102,8 +87,6 @@ def kernel_arguments(tables: ProximityTables) -> tuple:
     """Return addresses, views and tables in the order of the kernel's arguments after ``q``."""
     model, data = tables.model, tables.data
     views = (data.qpos, data.xanchor, data.xaxis, data.xpos, data.xmat)
-    geoms = (data.geom_xpos, data.geom_xmat, model.geom_size)
+    geoms = (data.geom_xpos, data.geom_xmat)
     pairs = (tables.joints, tables.moves, tables.shapes, tables.motion, tables.pairs)
-    extras = (tables.held, tables.spheres, tables.covers, tables.probe)
-    limits = (tables.sharpness, tables.cut_off)
-    return (address(model), address(data), *views, *geoms, *pairs, *extras, *limits)
+    return (address(model), address(data), *views, *geoms, *pairs, tables.held, tables.cut_off)

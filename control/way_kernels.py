@@ -36,8 +36,6 @@ class Arm(NamedTuple):
     held: NDArray[np.float64]
     body_positions: NDArray[np.float64]
     body_axes: NDArray[np.float64]
-    spheres: NDArray[np.float64]
-    covers: NDArray[np.int64]
 
 
 @njit(cache=True)
@@ -90,7 +88,7 @@ def add_way_bounds(arm, near, case, needed, count, bounds, used):
         update_held_geoms(
             arm.held, arm.body_positions, arm.body_axes, world.positions, world.matrices
         )
-        there = block[: measure_near(block, world, pairs, arm.covers, arm.spheres, to_cut_off)]
+        there = block[: measure_near(block, world, pairs, to_cut_off)]
         for row in range(len(there)):
             there[row, 0] = chosen[int(there[row, 0])]
         distance_rows(there, chain, rows, drifts)
@@ -161,7 +159,7 @@ def needed_distances(arm, case, needed):
         moving = 0.0
         for column in range(3, 9):
             moving += abs(twists[b, column])
-        if arm.covers[a, 1] > 0 or moving > 0.0:
+        if moving > 0.0:
             beyond = np.inf
         needed[0, pair] = beyond
         now = options[MARGIN] + (closing * dt + slack) / options[DAMPER]

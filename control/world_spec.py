@@ -59,16 +59,14 @@ class WorldModel:
     """Prepared geoms, each for one shape that is not a mesh."""
     meshes: tuple[int, ...]
     """Geoms of the meshes, in the order of the arguments."""
-    probe: int
-    """A sphere that the kernels move in order to compute distances from points."""
 
 
 def build_world(spec: Spec, slots: int, meshes: Sequence[ConvexMesh]) -> WorldModel:
-    """Compile a copy of a robot with empty slots, meshes and a probe."""
+    """Compile a copy of a robot with empty slots and meshes."""
     spec = spec.copy()
     spec.option.ccd_tolerance = CCD_TOLERANCE
     spec.option.ccd_iterations = CCD_ITERATIONS
-    for number in range(slots + 1):
+    for number in range(slots):
         name = f"{_PREFIX}{number}"
         sphere = mujoco.mjtGeom.mjGEOM_SPHERE
         _add_body(spec, name).add_geom(name=name, type=sphere, size=[1.0, 0.0, 0.0], **_GEOM_FIELDS)
@@ -78,13 +76,11 @@ def build_world(spec: Spec, slots: int, meshes: Sequence[ConvexMesh]) -> WorldMo
         kind = mujoco.mjtGeom.mjGEOM_MESH
         _add_body(spec, name).add_geom(name=name, type=kind, meshname=name, **_GEOM_FIELDS)
     model = compile_spec(spec)
-    ids = [model.geom(f"{_PREFIX}{number}").id for number in range(slots + 1)]
     return WorldModel(
         model,
         mujoco.MjData(model),
-        tuple(ids[1:]),
+        tuple(model.geom(f"{_PREFIX}{number}").id for number in range(slots)),
         tuple(model.geom(f"{_PREFIX}mesh_{number}").id for number in range(len(meshes))),
-        ids[0],
     )
 
 

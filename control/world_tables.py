@@ -36,8 +36,6 @@ class GeomArrays(NamedTuple):
 
     shapes: NDArray[np.float64]
     motion: NDArray[np.float64]
-    spheres: NDArray[np.float64]
-    covers: NDArray[np.int64]
 
 
 def build_tables(
@@ -63,11 +61,7 @@ def build_tables(
     pairs = list(file_pairs)
     pairs += [(a, b) for a in (*geoms.robot, *held) for b in added.obstacles.values()]
     pairs += held_pairs(robot, geoms, held, moves)
-    # The kernel covers only the first geom of a pair with spheres.
-    covers = arrays.covers
-    pairs = [(b, a) if covers[b, 1] > covers[a, 1] else (a, b) for a, b in pairs]
     rows = [held_row(robot, model, placed[one.name], one.pose) for one in added.objects]
-    cover = options.cover
     return ProximityTables(
         model=model,
         data=world.data,
@@ -78,10 +72,6 @@ def build_tables(
         pairs=np.array(pairs, dtype=np.int64).reshape(-1, 2),
         names=tuple((names[a], names[b]) for a, b in pairs),
         held=np.array(rows).reshape(-1, 14),
-        spheres=arrays.spheres,
-        covers=covers,
-        probe=world.probe,
-        sharpness=cover.sharpness if cover else 1.0,
         cut_off=options.cut_off,
     )
 

@@ -1,40 +1,28 @@
-"""Stress sweeps over near obstacles: parallel faces, starts in penetration, moving balls."""
+"""Stress sweeps over near obstacles: starts in penetration, and moving balls."""
 
 from __future__ import annotations
-
-from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
 from eyehand.control import (
-    Box,
-    CollisionOptions,
     CollisionWorld,
     ControlOptions,
-    CoverOptions,
     Obstacle,
-    RobotModel,
     Sphere,
-    repulsion_gradient,
 )
 from eyehand.control.tasks import Position
 
 from ..bench import Sweep, Trial
 from .stress_trial import (
     MARGIN_TOLERANCE_M,
-    MotionFigures,
     direction,
     lbr_world,
     motion_trial,
     simulate,
 )
 
-JUMP_PCT = 1.0
-"""Relative change below which the gradient is smooth, %."""
-FACES_M = 0.04
-"""Distance between the parallel faces, m."""
 BALL_RADIUS = 0.06
 """Radius of a moving ball, m."""
 LARGE_RADIUS = 0.10
@@ -44,44 +32,10 @@ START_DISTANCE = 0.5
 OVERSHOOT = 0.05
 """Distance that the ball moves beyond the start position of the hand, m."""
 
-_HAND = """
-<mujoco>
-  <compiler angle="radian" autolimits="true"/>
-  <worldbody>
-    <body name="hand">
-      <joint name="x" type="slide" axis="1 0 0"/>
-      <joint name="y" type="slide" axis="0 1 0"/>
-      <joint name="z" type="slide" axis="0 0 1"/>
-      <joint name="tilt" type="hinge" axis="0 1 0"/>
-      <joint name="turn" type="hinge" axis="1 0 0"/>
-      <geom name="palm" type="box" size="0.05 0.035 0.012" mass="1"/>
-      <site name="tool"/>
-    </body>
-  </worldbody>
-</mujoco>
-"""
-
 
 def contact_sweeps() -> tuple[Sweep[ControlOptions], ...]:
     """Return the sweeps over near obstacles."""
-    parallel = [
-        Sweep(
-            name=f"parallel-{name}",
-            axis=f"{shapes}: change of tilt across parallel",
-            unit="°",
-            values=(0.0005, 0.002, 0.01, 0.05, 0.2, 1.0),
-            holds_to=holds_to,
-            attempt=partial(_parallel, cover=cover),
-            right=f"gradient changes by less than {JUMP_PCT:g} % of itself",
-            repeats=3,
-        )
-        for name, shapes, cover, holds_to in (
-            ("cover", "soft minimum over balls", CoverOptions(), 0.002),
-            ("plain", "exact shapes", None, None),
-        )
-    ]
     return (
-        *parallel,
         Sweep(
             name="penetration",
             axis="start in penetration, depth",
@@ -103,27 +57,6 @@ def contact_sweeps() -> tuple[Sweep[ControlOptions], ...]:
             repeats=4,
         ),
     )
-
-
-def _parallel(
-    step_deg: float, seed: int, options: ControlOptions, *, cover: CoverOptions | None
-) -> Trial:
-    rng = np.random.default_rng([seed, 8])
-    robot = RobotModel.load(_HAND, "tool")
-    pose = RigidTransform.identity()
-    table = Obstacle("table", Box(np.array([0.3, 0.3, 0.05])), pose)
-    world = CollisionWorld(robot, [table], options=CollisionOptions(cover=cover))
-    place = [*rng.uniform(-0.05, 0.05, 2), 0.05 + 0.012 + FACES_M]
-    half = 0.5 * np.radians(step_deg)
-    below, above = (
-        repulsion_gradient(world.proximity(np.array([*place, tilt, 0.0])), options)
-        for tilt in (-half, half)
-    )
-    jump = 100 * float(np.linalg.norm(above - below) / np.linalg.norm(below))
-    smooth = jump < JUMP_PCT
-    note = "" if smooth else f"the gradient jumps by {jump:.3g} %"
-    clean = bool(np.isfinite(jump))
-    return Trial(smooth, note, clean=clean, picture=MotionFigures(jump_pct=jump))
 
 
 def _penetration(depth_mm: float, seed: int, options: ControlOptions) -> Trial:

@@ -37,7 +37,7 @@ def stress_motion(arguments: StressArguments | None = None) -> int:
 
     Runs 10 trials at each value, or 1 with --quick; sweeps of long motions take fewer. The sweeps
     cover goals out of reach, inside obstacles, behind walls, at joint limits and in conflict; gains
-    and periods past stability; parallel faces, starts in penetration, and flying obstacles. Each
+    and periods past stability; starts in penetration, and flying obstacles. Each
     trial must end in a named status or a refusal. A joint beyond its speed limit, a distance below
     the margin, or NaN is a violation at every value. Exit code 1: a bound is violated. Writes
     stress.png and stress.csv.
@@ -85,7 +85,6 @@ def _figures(step: SweepStep) -> dict[str, Any]:
         "end_step_rad": worst_of("end_step_rad"),
         "amplitude_mm": worst_of("amplitude_mm"),
         "peak_acceleration_rad_s2": worst_of("peak_acceleration"),
-        "gradient_jump_pct": worst_of("jump_pct"),
         "unclean": sum(not trial.clean for trial in step.trials),
     }
 

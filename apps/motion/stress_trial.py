@@ -103,8 +103,6 @@ class MotionFigures:
     """Peak-to-peak amplitude of an oscillation, mm."""
     peak_acceleration: float | None = None
     """Maximum change of a joint's speed between cycles, rad/s²."""
-    jump_pct: float | None = None
-    """Relative change of the gradient of avoidance, %."""
 
 
 def lbr_world(obstacles: Iterable[Obstacle] = ()) -> CollisionWorld:

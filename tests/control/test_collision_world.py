@@ -10,7 +10,7 @@ import pytest
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.control import collision_world
-from eyehand.control.collision_options import CollisionOptions, CoverOptions
+from eyehand.control.collision_options import CollisionOptions
 from eyehand.control.collision_world import CollisionWorld
 from eyehand.control.robot_model import RobotModel
 from eyehand.control.shapes import Box, Capsule, ConvexMesh, Cylinder, Obstacle, Shape, Sphere
@@ -321,9 +321,6 @@ def test_held_object_moves_with_frame(robot: RobotModel) -> None:
         (lambda w: w.proximity([0.0, 0.0, float("nan")]), "q must be finite"),
         (lambda w: CollisionOptions(cut_off=0.0), "cut_off must be finite and > 0"),
         (lambda w: CollisionOptions(self_margin=-1.0), "self_margin must be"),
-        (lambda w: CoverOptions(overhang=0.0), "overhang must be"),
-        (lambda w: CoverOptions(max_spheres=0), "max_spheres must be"),
-        (lambda w: CoverOptions(sharpness=float("inf")), "sharpness must be"),
     ],
 )
 def test_invalid_calls_raise_with_valid_values(
