@@ -6,11 +6,22 @@ import time
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
-from ..drawn_solids import drawn_solids
+import numpy as np
+
+from ..bench.chart_style import GREY, INK
+from ..drawn_solids import drawn_solids, solid_curves, solid_mesh
 from ..output_files import write_text
-from .page_scene import draw_cloud, starting_camera
 from .page_server import ANY_PORT, HOST, close_server, open_server
-from .picture_scene import picture_views
+from .panel_style import SOLID, SOLID_OPACITY
+from .picture_scene import (
+    colour_limit_mm,
+    picture_views,
+    residual_colours,
+    residual_to,
+    rgb,
+    thinned,
+    up_direction,
+)
 from .solid_text import headline
 from .viewer_page import viewer_html
 
@@ -18,7 +29,13 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
     from pathlib import Path
 
-    from .fit_inputs import FittedCloud
+    from numpy.typing import ArrayLike, NDArray
+
+    from eyehand.perception import Superquadric
+    from eyehand.perception.superquadric import Vessel
+
+    from .fit_inputs import Cloud, FittedCloud
+
 
 TITLE = "Fitted solids"
 APART = 2.6
@@ -113,3 +130,124 @@ def _draw(server: Any, fits: Sequence[FittedCloud]) -> None:
         position = 0.3 * wide * up + (1.5 + 0.55 * wide) * front.towards
     server.initial_camera.position = tuple(position)
     server.initial_camera.look_at = (0.0, 0.0, 0.0)
+
+
+MAX_POINTS = 4000
+"""Maximum number of points. More would cover one another."""
+RESOLUTION = 64
+POINT_SIZE = 0.009
+"""Side of a point, relative to the half diagonal of the cloud."""
+CURVE_PIXELS = 2.5
+SUPPORT_REACH = 1.25
+"""Half side of the drawn support plane, relative to the half diagonal of the cloud."""
+MAX_CAMERA_DISTANCE = 12.0
+"""Distance of the drawn camera at most, in half diagonals. A farther one is moved along its ray."""
+VIEW_FROM = (-1.0, 0.8, 1.7)
+"""Initial viewpoint: right, up and front coordinate, in half diagonals."""
+
+
+def draw_cloud(
+    scene: Any,
+    node: str,
+    cloud: Cloud,
+    parts: Sequence[Superquadric | Vessel],
+    place: ArrayLike = (0, 0, 0),
+) -> None:
+    """Draw a cloud with its solids, support and camera under a node of a viser scene.
+
+    Coordinates are scaled about the middle of the cloud so that its half diagonal is 1, because
+    browsers use single precision and clip near geometry. The points are coloured by their distance
+    to the solids.
+
+    Parameters
+    ----------
+    scene
+        `viser.SceneApi`. Its type is Any because viser is imported only to make a page.
+    node
+        Name of the node that holds everything.
+    cloud
+        Cloud to show.
+    parts
+        Its solids, or none.
+    place
+        Position (3,) of the middle of the cloud, in half diagonals.
+    """
+    points = thinned(cloud.points, MAX_POINTS)
+    low, high = np.percentile(points, [0.5, 99.5], axis=0)
+    middle = 0.5 * (low + high)
+    reach = max(float(np.linalg.norm(high - low)) / 2, 1e-6)
+
+    def scaled(at: NDArray[np.float64]) -> NDArray[np.float32]:
+        return ((at - middle) / reach).astype(np.float32)
+
+    scene.add_frame(node, show_axes=False, position=np.asarray(place, dtype=np.float64))
+    _, residuals = residual_to(points, parts)
+    limit = colour_limit_mm(residuals) if parts else 0.0
+    scene.add_point_cloud(
+        f"{node}/cloud",
+        scaled(points),
+        np.round(255 * residual_colours(residuals, limit)).astype(np.uint8),
+        point_size=POINT_SIZE,
+        point_shape="circle",
+        point_shading="flat",
+        precision="float32",
+    )
+    for number, part in enumerate(parts):
+        vertices, faces = solid_mesh(part, RESOLUTION)
+        _add_mesh(scene, f"{node}/solid {number}", scaled(vertices), faces, SOLID, SOLID_OPACITY)
+        curves = [scaled(curve) for curve in solid_curves(part)]
+        lines = [np.stack([curve[:-1], curve[1:]], axis=1) for curve in curves]
+        scene.add_line_segments(
+            f"{node}/lines {number}",
+            np.concatenate(lines),
+            rgb(INK),
+            thickness=CURVE_PIXELS,
+            thickness_units="screen",
+        )
+    if cloud.support_plane is not None:
+        square = scaled(_support_square(cloud, middle, reach))
+        faces = np.array([[0, 2, 1], [0, 3, 2]])
+        _add_mesh(scene, f"{node}/support", square, faces, GREY, 0.18, side="double")
+    if cloud.view_origin is not None:
+        eye = scaled(cloud.view_origin)
+        eye = eye * min(MAX_CAMERA_DISTANCE / max(float(np.linalg.norm(eye)), 1e-6), 1.0)
+        scene.add_icosphere(f"{node}/camera", radius=0.04, color=rgb(INK), position=eye)
+        scene.add_label(f"{node}/camera/name", "camera")
+
+
+def _add_mesh(
+    scene: Any,
+    name: str,
+    vertices: NDArray[np.float32],
+    faces: NDArray[np.integer],
+    colour: str,
+    opacity: float,
+    **style: Any,
+) -> None:
+    scene.add_mesh_simple(
+        name,
+        vertices,
+        faces.astype(np.uint32),
+        color=rgb(colour),
+        opacity=opacity,
+        cast_shadow=False,
+        receive_shadow=False,
+        **style,
+    )
+
+
+def _support_square(cloud: Cloud, middle: NDArray[np.float64], reach: float) -> NDArray[np.float64]:
+    """Return the corners (4, 3), m, of the part of the support plane that is drawn."""
+    plane = cloud.support_plane
+    assert plane is not None
+    foot = middle - (plane[:3] @ middle + plane[3]) * plane[:3]
+    front, _, _ = picture_views(cloud)
+    corners = np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
+    return foot + SUPPORT_REACH * reach * corners @ np.array([front.right, front.towards])
+
+
+def starting_camera(cloud: Cloud) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the initial camera position (3,), in half diagonals, and the up direction (3,)."""
+    front, _, _ = picture_views(cloud)
+    axes = np.array([front.right, front.up, front.towards])
+    return np.array(VIEW_FROM) @ axes, up_direction(cloud)

@@ -1,7 +1,8 @@
-"""Sweeps of the camera: depth errors, image size, viewing angle."""
+"""Sweeps of the camera: depth errors, image size, viewing angle, and stability."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
@@ -11,8 +12,10 @@ from eyehand.data_synth import DepthNoise, Table
 from eyehand.data_synth.render import StagedObject, StagedScene, StagedView, noise_at_one_metre
 from eyehand.data_synth.scenes import staged_solids as shapes
 
-from ..bench import Trial, as_sweep
-from .stress_trial import BASE_NOISE, SegmentCallable, try_scene
+from ..bench import Sweep, Trial, as_sweep
+from .self_agreement import disturbed_frame, self_agreement
+from .stress_trial import BASE_NOISE, SegmentCallable, TrialPicture, timed_segment, try_scene
+from .synthetic_frames import EMPTY_FAMILIES, FAMILIES, synthetic_sources
 
 COLOURS = (
     (0.72, 0.24, 0.20),
@@ -190,3 +193,47 @@ def _repeat(sigma: float, seed: int, method: SegmentCallable) -> Trial:
 
 CAMERA_SWEEPS = (_noise, _kinect, _dropout, _holes, _image_size, _grazing, _empty, _repeat)
 """Sweeps of depth errors, image size and viewing angle."""
+
+
+SHARES = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0)
+"""Shares of the readings that move, %."""
+HOLDS_TO = 0.5
+"""Share up to which the segmentation must agree with itself, %."""
+MIN_AGREEMENT = 0.95
+"""Minimum share of the labelled pixels that keep their object."""
+
+
+def _agreement_sweep(family: str) -> Sweep[SegmentCallable]:
+    return Sweep(
+        name=f"agree-{family}",
+        axis=f"readings moved by ±1 mm, {family} scenes",
+        unit="%",
+        values=SHARES,
+        holds_to=HOLDS_TO,
+        attempt=_attempt(family),
+        right=f"{100 * MIN_AGREEMENT:g} % of the labelled pixels keep their object",
+    )
+
+
+def _attempt(family: str) -> Callable[[float, int, SegmentCallable], Trial]:
+    def attempt(share: float, seed: int, method: SegmentCallable) -> Trial:
+        (source,) = synthetic_sources([family], ["realistic"], frames=1, seed=seed)
+        labelled = source.load()
+        moved = disturbed_frame(labelled.frame, share / 100, seed)
+        before = method(labelled.frame).labels
+        found, seconds, fault = timed_segment(method, moved)
+        picture = TrialPicture(moved, found.labels, before)
+        if fault:
+            return Trial(False, fault, clean=False, seconds=seconds, picture=picture)
+        agreement = self_agreement(before, found.labels)
+        stable = agreement >= MIN_AGREEMENT
+        note = "" if stable else f"{100 * agreement:.0f} % keep their object"
+        return Trial(stable, note, score=agreement, seconds=seconds, picture=picture)
+
+    return attempt
+
+
+AGREEMENT_SWEEPS = tuple(
+    _agreement_sweep(family) for family in FAMILIES if family not in EMPTY_FAMILIES
+)
+"""One sweep per family of synthetic scenes."""

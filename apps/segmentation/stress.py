@@ -15,9 +15,13 @@ from ..bench import ReportSpec, StressArguments, StressStage, SweepStep, run_str
 from ..bench.chart_style import draw_curve
 from ..bench.shares import milliseconds, percent
 from ..bench.sweep import SweepResult, format_value
+from .camera_sweeps import AGREEMENT_SWEEPS, CAMERA_SWEEPS
+from .furnished_sweeps import FURNISHED_SWEEPS
+from .input_sweeps import INPUT_SWEEPS
+from .neighbour_sweeps import NEIGHBOUR_SWEEPS
 from .pictures import ScoredFrame, write_sheet
 from .score import score_segmentation
-from .stress_sweeps import SEGMENTATION_SWEEPS
+from .shape_sweeps import SHAPE_SWEEPS
 from .stress_trial import SegmentCallable, TrialPicture
 
 if TYPE_CHECKING:
@@ -111,3 +115,14 @@ def _picture(result: SweepResult) -> ScoredFrame | None:
     name = f"{result.sweep.name}, {format_value(step.value, result.sweep.unit)}"
     score = score_segmentation(picture.labels, picture.truth, ignore=~frame.valid)
     return ScoredFrame(name, frame, picture.truth, picture.labels, score)
+
+
+SEGMENTATION_SWEEPS = (
+    *CAMERA_SWEEPS,
+    *NEIGHBOUR_SWEEPS,
+    *SHAPE_SWEEPS,
+    *FURNISHED_SWEEPS,
+    *INPUT_SWEEPS,
+    *AGREEMENT_SWEEPS,
+)
+"""All sweeps of the segmentation."""

@@ -8,8 +8,7 @@ pytest.importorskip("viser", reason="live pages need the extra [view]")
 import viser
 import websockets
 
-from eyehand.apps.fitting.page_guard import is_local
-from eyehand.apps.fitting.page_server import close_server, open_server
+from eyehand.apps.fitting.page_server import close_server, is_local, open_server
 
 
 @pytest.fixture(scope="module")

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from eyehand.apps.segmentation.background_kinds import false_kinds
+from eyehand.apps.segmentation.scored_frames import false_kinds
 from eyehand.data_synth.scenes import BACKGROUND_LEGEND
 
 NUMBER = {kind: number for number, kind in BACKGROUND_LEGEND.items()}

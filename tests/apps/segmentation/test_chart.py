@@ -12,8 +12,8 @@ from eyehand.apps.bench import DialChart, FrontPlace, Measured, Method
 from eyehand.apps.main import main
 from eyehand.apps.segmentation import chart as chart_segmentation
 from eyehand.apps.segmentation.baselines import BASELINES
+from eyehand.apps.segmentation.chart import BOARD
 from eyehand.apps.segmentation.comparison import FIGURES
-from eyehand.apps.segmentation.dials import BOARD
 from eyehand.perception import DepthFrame, SegmentationOptions
 from eyehand.perception.segmentation import FRONT_FORMAT
 

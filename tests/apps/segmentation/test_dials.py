@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from eyehand.apps.segmentation.dials import BOARD, STAGES
+from eyehand.apps.segmentation.chart import BOARD, STAGES
 from eyehand.perception import SegmentationOptions
 
 

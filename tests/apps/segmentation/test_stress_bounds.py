@@ -4,7 +4,7 @@ import pytest
 
 from eyehand.apps.bench import Sweep
 from eyehand.apps.bench.sweep import run_sweep
-from eyehand.apps.segmentation.stress_sweeps import SEGMENTATION_SWEEPS
+from eyehand.apps.segmentation.stress import SEGMENTATION_SWEEPS
 from eyehand.perception import segment
 
 SEEDS = {"repeat": (0,)}

@@ -8,9 +8,9 @@ import pytest
 
 from eyehand.apps.bench import Sweep
 from eyehand.apps.bench.sweep import select_sweeps
-from eyehand.apps.segmentation.agreement_sweeps import AGREEMENT_SWEEPS
+from eyehand.apps.segmentation.camera_sweeps import AGREEMENT_SWEEPS
 from eyehand.apps.segmentation.furnished_sweeps import FURNISHED_SWEEPS
-from eyehand.apps.segmentation.stress_sweeps import SEGMENTATION_SWEEPS
+from eyehand.apps.segmentation.stress import SEGMENTATION_SWEEPS
 from eyehand.apps.segmentation.stress_trial import TrialPicture
 from eyehand.data_synth.render import StagedScene
 from eyehand.errors import InputError

@@ -9,10 +9,9 @@ import pytest
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.apps.bench import DialChart, FrontPlace, Measured, Method, Provenance
-from eyehand.apps.fitting.bench.chart import GROUPS, WORDS
+from eyehand.apps.fitting.bench.chart import BOARD, GROUPS, POINTS, SUPERQUADRIC_ONLY, WORDS
 from eyehand.apps.fitting.bench.clouds import MESHES
 from eyehand.apps.fitting.bench.comparison import OWN
-from eyehand.apps.fitting.bench.dials import BOARD, POINTS, SUPERQUADRIC_ONLY
 from eyehand.apps.fitting.bench.fit_answer import FitAnswer
 from eyehand.apps.fitting.bench.household_meshes import HouseholdMesh
 from eyehand.apps.fitting.bench.mesh_cases import MeshTruth, case_iou, mesh_case

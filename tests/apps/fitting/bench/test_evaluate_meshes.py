@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import RigidTransform
 
+from eyehand.apps.fitting.bench.evaluate_meshes import mesh_summary
 from eyehand.apps.fitting.bench.household_meshes import HouseholdMesh, read_household
 from eyehand.apps.fitting.bench.mesh_classes import MeshClass
 from eyehand.apps.fitting.bench.mesh_scenes import mesh_scenes, place_together
 from eyehand.apps.fitting.bench.mesh_score import NOT_FOUND, MeshScore
-from eyehand.apps.fitting.bench.mesh_summary import mesh_summary
 from eyehand.apps.fitting.bench.mesh_trials import scene_trials, view_trials
 from eyehand.apps.fitting.bench.mesh_views import mesh_views
 from eyehand.apps.main import main

@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from eyehand.apps.fitting.bench.hidden_views import NEARER, hide_in_turn, hide_side
-from eyehand.apps.fitting.bench.mesh_views import mesh_views
+from eyehand.apps.fitting.bench.mesh_views import NEARER, hide_in_turn, hide_side, mesh_views
 
 from .test_mesh_views import box, household
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import RigidTransform, Rotation
 
+from eyehand.apps.fitting.bench.evaluate_meshes import mesh_summary
 from eyehand.apps.fitting.bench.household_meshes import HouseholdMesh, read_household
 from eyehand.apps.fitting.bench.mesh_classes import class_of, half_of, plain_name
 from eyehand.apps.fitting.bench.mesh_score import (
@@ -12,7 +13,6 @@ from eyehand.apps.fitting.bench.mesh_score import (
     score_parts,
     union_volume,
 )
-from eyehand.apps.fitting.bench.mesh_summary import mesh_summary
 from eyehand.apps.fitting.bench.mesh_views import FACE_ON, PlacedMesh, mesh_views
 from eyehand.apps.fitting.bench.resting_poses import hull_facets, resting_rotations
 from eyehand.apps.mesh_file import join_meshes
