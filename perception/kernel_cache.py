@@ -12,7 +12,8 @@ from .scene import perceive
 from .segmentation import SegmentationOptions, segment
 from .segmentation.cut_necks import NECK, separate_parts
 from .segmentation.furniture_walls import Face, remove_faces
-from .segmentation.local_planes import fit_centred_windows
+from .segmentation.local_planes import LocalPlanes, fit_centred_windows
+from .segmentation.remove_steep import MIN_COSINE, count_steep
 from .segmentation.select_objects import count_inner
 from .segmentation.sliver_pixels import replace_by_nearest
 from .segmentation.working_image import working_image
@@ -51,13 +52,15 @@ def warm_up() -> None:
     perceive(_angle_frame(camera))
     segment(frame, SegmentationOptions(stride=2))
     segment(_bin_frame(camera))
-    # Small images have no slivers, no seams, no necks and no furniture.
+    # Small images have no slivers, no seams, no necks, no small regions and no furniture.
+    image = working_image(frame, 1)
     wall = Face(np.eye(3), 0.0, 0.0, np.zeros(2), np.zeros(2))
-    remove_faces(np.ones(depth.shape, np.bool_), working_image(frame, 1), [wall])
-    ones = np.ones((8, 8), np.int32)
-    replace_by_nearest(ones, np.array([False, True]), 1)
-    separate_parts(ones, np.array([False, True]), np.ones((8, 8), np.float32), 2.0, NECK)
+    remove_faces(np.ones(depth.shape, np.bool_), image, [wall])
+    ones, second, flat = np.ones((8, 8), np.int32), np.array([False, True]), np.ones((8, 8), "f4")
+    replace_by_nearest(ones, second, 1)
+    separate_parts(ones, second, flat, 2.0, NECK)
     count_inner(np.arange(8, dtype=np.int32), ones)
+    count_steep(ones, second, LocalPlanes(flat, flat, flat, flat), image.pinhole, MIN_COSINE)
 
 
 def _angle_frame(camera: CameraIntrinsics) -> DepthFrame:

@@ -27,6 +27,7 @@ from .options import SegmentationOptions
 from .parallel_planes import flat_readings
 from .regions import relabel_by_size, relabel_with_reasons
 from .remove_attached import remove_attached
+from .remove_steep import remove_steep
 from .remove_walls import remove_walls
 from .result import Segmentation
 from .scene_warnings import find_warnings
@@ -155,6 +156,7 @@ def _segment_candidates(
         labels = join_open(labels, image, planes)
     clock.finish("open")
     labels = join_fragments(labels, pieces, image, planes, options.min_object)
+    labels = remove_steep(labels, image, planes)
     clock.finish("fragments")
     labels, ambiguous = resolve_ambiguity(labels, uncertain, image, options)
     clock.finish("ambiguity")
