@@ -27,8 +27,11 @@ LOOK_AHEAD = 0.12
 more, and a shorter one swings about the path."""
 HAND_OVER = 0.25
 """Time before the end of a path at which the tasks take over, s."""
-MAX_DELAY = 0.5
-"""A path is abandoned if the robot does not come farther within this time, s."""
+MIN_SPEED_SHARE = 1.0 / 3.0
+"""A robot that is slower than this share of the path's speed is held up by the safety level."""
+NEARER_DELAY, MAX_DELAY = 0.1, 0.5
+"""Delay of a robot that is held up, s. From the first one it heads for a nearer point, because a
+straight line to a distant one cuts the corner that holds it up. The second one ends the path."""
 
 
 class PlannedApproach:
@@ -178,7 +181,7 @@ class PlannedApproach:
         return None
 
     def _follow(self, q: NDArray[np.float64]) -> ControlStep:
-        """Head for the point on the path that lies LOOK_AHEAD before the robot."""
+        """Head for the point on the path that lies LOOK_AHEAD before the robot, or nearer."""
         controller, dt = self.controller, self.options.dt
         q = controller.robot.checked(q)
         ahead = round(LOOK_AHEAD / dt)
@@ -186,7 +189,9 @@ class PlannedApproach:
         part = self._track[self._at : self._at + 2 * ahead]
         step = int(np.argmin(np.linalg.norm(part - q, axis=1)))
         self._at += step
-        self._delay = 0.0 if step else self._delay + dt
+        self._delay = max(0.0, self._delay + dt * (1.0 - step / MIN_SPEED_SHARE))
+        if self._delay > NEARER_DELAY:
+            ahead = max(1, round(ahead * (1.0 - self._delay / MAX_DELAY)))
         goal = self._track[min(self._at + ahead, len(self._track) - 1)]
         self._path_cycle.head_for(goal)
         motion = self._path_cycle.at(q, controller.last_command)
