@@ -100,6 +100,39 @@ def test_found_path_is_followed_to_goal(monkeypatch, only_stuck):
     assert method.paths[0] == path
 
 
+@pytest.mark.parametrize(("passes", "arrives"), [(0.03, True), (0.0, False)])
+def test_robot_held_up_on_path_heads_for_nearer_point_or_leaves_it(
+    monkeypatch, only_stuck, passes, arrives
+):
+    """Let the safety level pass only motions to points nearer than ``passes`` rad."""
+    scene = make_reaching_scene(9, boxes=0)
+    goal = scene.start + 0.4
+    path = JointPath(True, np.linspace(scene.start, goal, 41), 0.02, "", 1, 2, 0.0)
+    monkeypatch.setattr(search, "plan", lambda *_: path)
+    monkeypatch.setattr(planned_approach, "ApproachController", _StuckController)
+    controller = PlannedApproach(reaching_world(()), (Position(scene.goal),), searches=1)
+    ahead, move = [], controller._path_cycle.at
+
+    def held_up(q, last):
+        motion = move(q, last)
+        ahead.append(np.abs(controller._path_cycle._goal - q).max())
+        free = ahead[-1] < passes or len(ahead) < 20
+        return motion if free else motion._replace(command=0.01 * motion.command)
+
+    monkeypatch.setattr(controller._path_cycle, "at", held_up)
+    q = scene.start.copy()
+    for cycles in range(3000):
+        step = controller.step(q)
+        if step.status == "stuck":
+            break
+        q = q + controller.options.dt * step.velocity
+    # A path of 0.4 rad ends 0.1 rad early, where the tasks take over.
+    assert (np.abs(q - goal).max() < 0.2) == arrives
+    if not arrives:
+        assert len(ahead) * controller.options.dt < 1.5, "a creeping robot leaves its path"
+    assert cycles < 2999
+
+
 def test_reach_without_path_ends_stuck_with_reason(monkeypatch, only_stuck):
     scene = make_reaching_scene(9, boxes=0)
     monkeypatch.setattr(planned_approach, "ApproachController", _StuckController)
