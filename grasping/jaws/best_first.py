@@ -13,7 +13,7 @@ from .depth_error import depth_error_term
 from .kernels import BLOCKED
 from .memory import memory_term
 from .scored import ScoredCandidates, join_scored
-from .scoring import clearance_terms
+from .scoring import clearance_for, clearance_terms
 from .selection import MIN_PROBABILITY
 from .symmetry import distinct, repeats, symmetry_axes
 from .unseen import HiddenSpace
@@ -39,6 +39,8 @@ NARROW_TERM = 0.85
 """Term of a grasp that needs a smaller opening than the full one."""
 HIDDEN_COST = 0.25
 """Share of the grasps that fail because a finger enters space that other objects hide."""
+TOUCHING = -0.006
+"""Clearance up to which a candidate counts as rejected by a touch, m."""
 PALM_YIELD = 0.006
 """Depth of readings in front of the palm at which a guarded arm merely stops earlier, m."""
 
@@ -105,14 +107,25 @@ def best_grasps(
     axes = symmetry_axes(surface)
     rest = _worth_testing(scored, found, axes, options)
     while len(rest.opening):
-        part = _with_scene_terms(rest.take(slice(STEP)), tests, options)
+        part = rest.take(slice(STEP))
+        part = _with_scene_terms(part, tests, options, _bar(found, axes, options))
         for side, name in enumerate(("touches the object", "touches others")):
-            rejected[name] += int(np.count_nonzero(part.clearance[:, side] <= BLOCKED / 2))
+            rejected[name] += int(np.count_nonzero(part.clearance[:, side] <= TOUCHING))
         found = _checked(part, found, surface, axes, tests, options)
         rest = _worth_testing(rest.take(slice(STEP, None)), found, axes, options)
     if found is None:
         return None
     return found.take(_distinct(found, axes, options))
+
+
+def _bar(
+    found: ScoredCandidates | None, axes: NDArray[np.float64], options: JawOptions
+) -> float:
+    """Return the probability that a candidate must exceed to be among the best that differ."""
+    if found is None:
+        return MIN_PROBABILITY
+    best = found.total[_distinct(found, axes, options)]
+    return float(best[-1]) if len(best) == options.per_object else MIN_PROBABILITY
 
 
 def _distinct(
@@ -168,10 +181,13 @@ def _checked(
 
 
 def _with_scene_terms(
-    scored: ScoredCandidates, tests: SceneTests, options: JawOptions
+    scored: ScoredCandidates, tests: SceneTests, options: JawOptions, bar: float
 ) -> ScoredCandidates:
-    """Add the terms of averaged points, of hidden space and of the memory."""
-    found = _with_clearance(scored, tests.coarse, tests.shell, options)
+    """Add the terms of averaged points, of hidden space and of the memory.
+
+    The terms of candidates that cannot exceed the probability ``bar`` are not exact.
+    """
+    found = _with_clearance(scored, tests.coarse, tests.shell, options, bar)
     hidden = tests.hidden.shares(found.candidates, found.opening)
     found.terms["unseen"] = (1.0 - HIDDEN_COST * hidden).prod(axis=1)
     found.terms["memory"] = memory_term(found.candidates, tests.surfaces, options.failed)
@@ -179,23 +195,43 @@ def _with_scene_terms(
 
 
 def _with_clearance(
-    scored: ScoredCandidates, blocks: PointBlocks, hand: ParallelHand, options: JawOptions
+    scored: ScoredCandidates,
+    blocks: PointBlocks,
+    hand: ParallelHand,
+    options: JawOptions,
+    bar: float,
 ) -> ScoredCandidates:
     """Add the terms of the clearance, at the full opening or at a smaller one."""
-    free = hand_clearances(scored.candidates, scored.opening, blocks, hand)
+    total = scored.total
+    least = _least_clearance(total, options, bar)
+    free = hand_clearances(scored.candidates, scored.opening, blocks, hand, least=least)
     opening = scored.opening.copy()
     narrow = np.ones(len(opening))
     if not options.full_opening:
-        probability = _free_probability(free, options)
-        touching = np.flatnonzero(probability < NARROW_TERM)
+        probability = np.where(free.min(axis=1) < least, 0.0, _free_probability(free, options))
+        touching = np.flatnonzero((probability < NARROW_TERM) & (NARROW_TERM * total > bar))
         less = np.minimum(scored.contact.width[touching] + 2 * SIDE_CLEARANCE, hand.stroke)
-        closer = hand_clearances(scored.candidates.take(touching), less, blocks, hand)
+        least = _least_clearance(NARROW_TERM * total[touching], options, bar)
+        narrowed = scored.candidates.take(touching)
+        closer = hand_clearances(narrowed, less, blocks, hand, least=least)
         better = NARROW_TERM * _free_probability(closer, options) > probability[touching]
         changed = touching[better]
         opening[changed], narrow[changed] = less[better], NARROW_TERM
         free[changed] = closer[better]
     terms = {**scored.terms, **clearance_terms(free, options), "opening": narrow}
     return replace(scored, opening=opening, terms=terms, clearance=free)
+
+
+def _least_clearance(
+    total: NDArray[np.float64], options: JawOptions, bar: float
+) -> NDArray[np.float64]:
+    """Return the clearance below which candidates do not exceed a probability, (n,), m.
+
+    ``total`` (n,) is their probability without touching anything. Where it is low in any case, it
+    is not above `TOUCHING`, so that touches are counted.
+    """
+    least = clearance_for(np.minimum(bar / np.maximum(total, bar), 1.0), options)
+    return np.maximum(least if bar > MIN_PROBABILITY else np.minimum(least, TOUCHING), BLOCKED)
 
 
 def _free_probability(clearance: NDArray[np.float64], options: JawOptions) -> NDArray[np.float64]:

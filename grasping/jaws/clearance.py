@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .grasp import APPROACH
-from .kernels import clearances
+from .kernels import BLOCKED, clearances
 from .point_blocks import point_blocks
 
 if TYPE_CHECKING:
@@ -83,6 +83,7 @@ def hand_clearances(
     blocks: PointBlocks,
     hand: ParallelHand,
     rank: int = COARSE_RANK,
+    least: NDArray[np.float64] | None = None,
 ) -> NDArray[np.float64]:
     """Return the clearance from the own object and from others, (n, 2), m; see `.kernels`.
 
@@ -98,7 +99,12 @@ def hand_clearances(
         The hand.
     rank
         Number of the distance that counts, from the smallest.
+    least
+        Clearance below which a candidate is given up, (n,), m; None for `BLOCKED`. A smaller value
+        is an upper bound.
     """
+    if least is None:
+        least = np.full(len(candidates), BLOCKED)
     finger = np.array([[box.low, box.high] for box in hand.finger_boxes])
     return clearances(
         candidates.rotation,
@@ -113,6 +119,7 @@ def hand_clearances(
         hand.fixed_boxes(),
         APPROACH,
         rank,
+        least,
     )
 
 

@@ -8,12 +8,12 @@ from numba import njit
 FAR = 0.02
 """Clearances above this count as this, m. It is five standard deviations of a clearance."""
 BLOCKED = -0.012
-"""A candidate whose clearance is smaller is given up, m."""
+"""A candidate whose clearance is smaller is given up in any case, m."""
 
 
 @njit(cache=True)
 def clearances(
-    rotation, tip, half, owner, points, blocks, groups, label, finger, fixed, sweep, rank
+    rotation, tip, half, owner, points, blocks, groups, label, finger, fixed, sweep, rank, least
 ):
     """Return the clearance of each candidate from its own object's points and from others', (n, 2).
 
@@ -39,6 +39,8 @@ def clearances(
         Length of the straight approach, m.
     rank
         Number of the distance that counts, from the smallest, at least 1.
+    least
+        Clearance below which a candidate is given up, (n,), m. A value below it is an upper bound.
     """
     start, centre, radius = blocks
     group_start, group_centre, group_radius = groups
@@ -46,32 +48,49 @@ def clearances(
     out = np.full((n, 2), FAR)
     low = np.empty((2, rank))
     last = rank - 1
+    hulls = _hull(finger), _hull(fixed)
+    near = np.empty(len(label))
     for i in range(n):
         low[:] = FAR
         for group in range(len(label)):
-            side = 0 if label[group] == owner[i] else 1
             at = _local(rotation[i], tip[i], group_centre[group])
-            reach = low[side, last] + group_radius[group]
-            if _nearest(at, half[i], finger, fixed, False, sweep, reach) >= reach:
+            reach = FAR + group_radius[group]
+            near[group] = _nearest(at, half[i], finger, fixed, hulls, False, sweep, reach)
+            near[group] -= group_radius[group]
+        for group in np.argsort(near):
+            side = 0 if label[group] == owner[i] else 1
+            if near[group] >= low[side, last]:
                 continue
             for block in range(group_start[group], group_start[group + 1]):
-                if low[side, last] < BLOCKED:
+                if low[side, last] < least[i]:
                     break
                 at = _local(rotation[i], tip[i], centre[block])
                 reach = low[side, last] + radius[block]
-                if _nearest(at, half[i], finger, fixed, False, sweep, reach) >= reach:
+                if _nearest(at, half[i], finger, fixed, hulls, False, sweep, reach) >= reach:
                     continue
                 for k in range(start[block], start[block + 1]):
                     at = _local(rotation[i], tip[i], points[k])
                     bound = low[side, last]
-                    distance = _nearest(at, half[i], finger, fixed, False, sweep, bound)
+                    distance = _nearest(at, half[i], finger, fixed, hulls, False, sweep, bound)
                     if distance < bound:
                         _insert(low[side], distance)
-            if low[side, last] < BLOCKED:
+            if low[side, last] < least[i]:
                 break
         out[i, 0] = low[0, last]
         out[i, 1] = low[1, last]
     return out
+
+
+@njit(cache=True)
+def _hull(boxes):
+    """Return the box around boxes, (2, 3), m."""
+    hull = np.empty((2, 3))
+    hull[0], hull[1] = np.inf, -np.inf
+    for box in boxes:
+        for k in range(3):
+            hull[0, k] = min(hull[0, k], box[0, k])
+            hull[1, k] = max(hull[1, k], box[1, k])
+    return hull
 
 
 @njit(cache=True)
@@ -96,24 +115,28 @@ def _local(rotation, tip, point):
 
 
 @njit(cache=True)
-def _nearest(at, half, finger, fixed, moving, length, bound):
+def _nearest(at, half, finger, fixed, hulls, moving, length, bound):
     """Return the least value of the hand's boxes at a point in the tool frame, at most `bound`, m.
 
     The value is that of :func:`_box_travel` if the hand is `moving`, else of `_box_distance`.
+    `hulls` are the boxes around those of the finger and those of the palm.
     """
     x, y, z = at
-    for b in range(len(finger)):
-        side = abs(x) - half
-        if moving:
-            bound = min(bound, _box_travel(side, y, z, finger[b], length, bound))
-        else:
-            bound = min(bound, _box_distance(side, y, z, finger[b], length, bound))
-    for b in range(len(fixed)):
-        if moving:
-            bound = min(bound, _box_travel(x, y, z, fixed[b], length, bound))
-        else:
-            bound = min(bound, _box_distance(x, y, z, fixed[b], length, bound))
+    side = abs(x) - half
+    if _box_value(side, y, z, hulls[0], moving, length, bound) < bound:
+        for b in range(len(finger)):
+            bound = min(bound, _box_value(side, y, z, finger[b], moving, length, bound))
+    if _box_value(x, y, z, hulls[1], moving, length, bound) < bound:
+        for b in range(len(fixed)):
+            bound = min(bound, _box_value(x, y, z, fixed[b], moving, length, bound))
     return bound
+
+
+@njit(cache=True)
+def _box_value(x, y, z, box, moving, length, bound):
+    if moving:
+        return _box_travel(x, y, z, box, length, bound)
+    return _box_distance(x, y, z, box, length, bound)
 
 
 @njit(cache=True)
@@ -165,6 +188,7 @@ def travels(rotation, start, half, points, blocks, finger, fixed, length, allowa
     out = np.full(n, length)
     found = np.empty(rank)
     last = rank - 1
+    hulls = _hull(finger), _hull(fixed)
     for i in range(n):
         found[:] = length
         r, t = rotation[i], start[i]
@@ -173,12 +197,12 @@ def travels(rotation, start, half, points, blocks, finger, fixed, length, allowa
             at = _local(r, t, centre[block])
             bound = found[last] + reach
             narrow = allowance - reach
-            if _nearest(at, half[i], finger, fixed, True, narrow, bound) >= bound:
+            if _nearest(at, half[i], finger, fixed, hulls, True, narrow, bound) >= bound:
                 continue
             for k in range(first[block], first[block + 1]):
                 at = _local(r, t, points[k])
                 bound = found[last]
-                value = _nearest(at, half[i], finger, fixed, True, allowance, bound)
+                value = _nearest(at, half[i], finger, fixed, hulls, True, allowance, bound)
                 if value < bound:
                     _insert(found, value)
         out[i] = found[last]

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.special import expit, ndtr
+from scipy.special import expit, ndtr, ndtri
 
 from ..hands.jaw_closing import PAD_RADIUS_SHARE
 
@@ -153,6 +153,16 @@ def clearance_terms(
     options
         Options; the calibration error counts.
     """
-    sigma = np.hypot(CLEARANCE_SIGMA, options.calibration_error)
-    free = ndtr((clearance + TOUCH_ALLOWANCE) / sigma)
+    free = ndtr((clearance + TOUCH_ALLOWANCE) / _clearance_sigma(options))
     return {"own_clearance": free[:, 0], "clearance": free[:, 1]}
+
+
+def clearance_for(
+    probability: NDArray[np.float64], options: JawOptions
+) -> NDArray[np.float64]:
+    """Return the clearance with a probability (n,) of touching nothing, (n,), m."""
+    return _clearance_sigma(options) * ndtri(probability) - TOUCH_ALLOWANCE
+
+
+def _clearance_sigma(options: JawOptions) -> float:
+    return float(np.hypot(CLEARANCE_SIGMA, options.calibration_error))
