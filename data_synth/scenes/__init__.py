@@ -15,6 +15,7 @@ from .arm_clearance import (
     frame_views,
 )
 from .convex_mesh import hull_mesh
+from .convex_pieces import hull_volume
 from .dataset import (
     DEPTH_FILE,
     LABELS_FILE,
@@ -87,6 +88,7 @@ __all__ = [
     "frame_views",
     "furniture",
     "hull_mesh",
+    "hull_volume",
     "look_at",
     "make_furnished_scene",
     "make_reaching_scene",

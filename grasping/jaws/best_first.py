@@ -118,9 +118,7 @@ def best_grasps(
     return found.take(_distinct(found, axes, options))
 
 
-def _bar(
-    found: ScoredCandidates | None, axes: NDArray[np.float64], options: JawOptions
-) -> float:
+def _bar(found: ScoredCandidates | None, axes: NDArray[np.float64], options: JawOptions) -> float:
     """Return the probability that a candidate must exceed to be among the best that differ."""
     if found is None:
         return MIN_PROBABILITY

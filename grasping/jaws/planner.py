@@ -105,7 +105,7 @@ def _contact_candidates(
         parts.append(rim_candidates(surface.vessel, number, hand, up, options))
     found = Candidates.join(parts)
     if not len(found):
-        rejected[item.label]["wider than the stroke"] += 1
+        rejected[item.label][f"wider than the stroke of {1e3 * hand.stroke:.0f} mm"] += 1
         return None
     found, contact = centred_contacts(found, surface, scene.support, hand, options)
     if not len(found):

@@ -157,9 +157,7 @@ def clearance_terms(
     return {"own_clearance": free[:, 0], "clearance": free[:, 1]}
 
 
-def clearance_for(
-    probability: NDArray[np.float64], options: JawOptions
-) -> NDArray[np.float64]:
+def clearance_for(probability: NDArray[np.float64], options: JawOptions) -> NDArray[np.float64]:
     """Return the clearance with a probability (n,) of touching nothing, (n,), m."""
     return _clearance_sigma(options) * ndtri(probability) - TOUCH_ALLOWANCE
 

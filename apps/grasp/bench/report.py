@@ -24,6 +24,7 @@ FAILURE_COLOURS = (VERMILION, PURPLE, BLUE, SKY, "#7F3C8D", "#A6761D", "#666666"
 OUTCOME_MEANINGS = {
     "placed": "in the tray",
     "refused": "no prototype is suitable",
+    "too_wide": "wider than the gripper opens, in all directions",
     "unreachable": "the arm reaches no grasp",
     "stuck": "the arm did not reach its goal in time",
     "no_contact": "the fingers touched nothing",

@@ -10,6 +10,7 @@ import numpy as np
 
 from ...bench.shares import wilson_interval
 from .row_store import FAULT, PICK, SCENE
+from .unattempted import TOO_WIDE
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -74,8 +75,9 @@ def summary_rows(
         a grasp, summed over picks; `pushing_picks`: picks that were allowed to push neighbours
         aside; `touched_pushing`: neighbours that these touched; `displacement_mm`: median
         motion of the object from its first contact to the hold, with the 90th percentile;
-        `hold_brier` and `score_brier`: Brier scores of the predicted hold and of the grasp's score.
-        None without data.
+        `hold_brier` and `score_brier`: Brier scores of the predicted hold and of the grasp's score;
+        `too_wide`: number of objects by name that are wider than the gripper opens;
+        `holdable_pct` and `holdable_cleared_pct`: both rates without these. None without data.
     """
     wanted = Counter(job.row for job in planned)
     rows = [_summary(name, own) for name, own in by_row(records).items()]
@@ -178,6 +180,7 @@ def _summary(name: str, records: Sequence[Record]) -> dict[str, Any]:
     wins = sum(bool(pick["success"]) for pick in picks)
     placed = sum(scene["placed"] or 0 for scene in scenes)
     total = sum(scene["total"] or 0 for scene in scenes)
+    wide = Counter(pick["object"].rpartition("_")[0] for pick in picks if _is_too_wide(pick))
     first = scenes[0]
     return {
         "name": name,
@@ -203,7 +206,14 @@ def _summary(name: str, records: Sequence[Record]) -> dict[str, Any]:
         "hold_brier": _brier(picks, "hold"),
         "score_brier": _brier(picks, "score"),
         "outcomes": dict(Counter(true_outcome(pick) for pick in picks).most_common()),
+        "too_wide": dict(sorted(wide.items())),
+        **_rate("holdable_", wins, len(picks) - wide.total()),
+        **_rate("holdable_cleared_", min(placed, total - wide.total()), total - wide.total()),
     }
+
+
+def _is_too_wide(pick: Record) -> bool:
+    return pick["outcome"] == TOO_WIDE
 
 
 def _rate(prefix: str, wins: int, tries: int) -> dict[str, float | None]:

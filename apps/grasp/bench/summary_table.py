@@ -26,7 +26,8 @@ CAPTION = (
 def grasp_table(rows: Sequence[Mapping[str, Any]], title: str) -> Table:
     """Return the table of the rows of :func:`summary_rows`."""
     headings = ("condition", *COLUMNS)
-    table = wide_table(title, headings, left=("condition",), caption=CAPTION)
+    caption = ". ".join([CAPTION, *filter(None, map(too_wide_note, rows))])
+    table = wide_table(title, headings, left=("condition",), caption=caption)
     family = rows[0]["family"] if rows else ""
     for row in rows:
         if row["family"] != family:
@@ -34,6 +35,18 @@ def grasp_table(rows: Sequence[Mapping[str, Any]], title: str) -> Table:
             family = row["family"]
         table.add_row(row["name"], *table_cells(row))
     return table
+
+
+def too_wide_note(row: Mapping[str, Any]) -> str:
+    """Return the rates of a row without the objects that the gripper cannot hold, if any."""
+    names = ", ".join(f"{count} x {name}" for name, count in row["too_wide"].items())
+    if not names:
+        return ""
+    success, cleared = rate_text(row, "holdable_"), rate_text(row, "holdable_cleared_")
+    return (
+        f"{row['name']}: too wide for the gripper: {names}; without these success {success}, "
+        f"cleared {cleared}"
+    )
 
 
 def table_cells(row: Mapping[str, Any]) -> list[str]:

@@ -19,6 +19,7 @@ from eyehand.grasping import (
     CycleInfo,
     GraspOptions,
     GraspPurpose,
+    ParallelHand,
     PickOptions,
     PickReport,
     SelectedGrasp,
@@ -35,6 +36,7 @@ from .dials import DEFAULT, control_dial, perception_dial
 from .displacement import Displacement
 from .pick_row import PickRow
 from .predicted_hold import predicted_hold
+from .too_wide import too_wide_objects
 from .unattempted import UnattemptedObject, unattempted_objects
 
 SETTLE_SECONDS = 0.3
@@ -284,8 +286,16 @@ class Scorer:
                 report,
                 self._cell,
                 self._nearest,
+                self._too_wide(),
             ),
         )
+
+    def _too_wide(self) -> dict[str, float]:
+        """Return the objects that are too wide for a gripper with two jaws, and their widths."""
+        hand = self._robot.hand
+        if not isinstance(hand, ParallelHand):
+            return {}
+        return too_wide_objects(self._robot.world.objects, hand.stroke)
 
     def _note_cycle(self, cycle: CycleInfo) -> None:
         if not self._grasping or self._moved.active:

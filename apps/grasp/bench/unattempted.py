@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from eyehand.grasping import ClearReport
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Collection, Sequence
 
     import numpy as np
 
@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 REFUSED, UNREACHABLE, UNSEEN, DOUBT, FAULT = "refused", "unreachable", "unseen", "doubt", "fault"
 """Outcomes: no grasp is suitable; no grasp is reachable; perception did not find the object; an
 ambiguous scene ended the run; a robot fault ended the run."""
+TOO_WIDE = "too_wide"
+"""Outcome of a refused object that is truly wider than the gripper opens."""
 LEFT = re.compile(r"object (\d+): (.*)", re.DOTALL)
 """Format of a line of the report on a remaining object: label and reason."""
 
@@ -29,7 +31,7 @@ class UnattemptedObject:
     object: str
     """True name; empty if an ambiguous scene or a fault ended the run."""
     outcome: str
-    """Refused, unreachable, unseen, doubt or fault."""
+    """Refused, too_wide, unreachable, unseen, doubt or fault."""
     reason: str
     """Reason as reported by the robot."""
 
@@ -40,6 +42,7 @@ def unattempted_objects(
     report: ClearReport,
     cell: Cell,
     nearest: Callable[[np.ndarray], str],
+    too_wide: Collection[str] = (),
 ) -> tuple[UnattemptedObject, ...]:
     """List the objects without a pick, and the reasons.
 
@@ -55,6 +58,8 @@ def unattempted_objects(
         The cell, with its last scene.
     nearest
         True name of the object at a point (3,), world, m.
+    too_wide
+        True names of the objects that are too wide for the gripper.
 
     Returns
     -------
@@ -73,7 +78,11 @@ def unattempted_objects(
     if report.ended_early:
         return ()
     reasons = _reasons(report, cell, nearest)
-    return tuple(_outcome(name, reasons.get(name), report.stop_reason) for name in names)
+    rows = [_outcome(name, reasons.get(name), report.stop_reason) for name in names]
+    return tuple(
+        replace(row, outcome=TOO_WIDE) if row.outcome == REFUSED and row.object in too_wide else row
+        for row in rows
+    )
 
 
 def _reasons(

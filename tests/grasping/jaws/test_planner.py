@@ -112,7 +112,7 @@ def test_too_wide_object_has_a_reason():
     grasps = plan_grasps(scene_of(box((0.12, 0.13, 0.12))), PANDA)
     assert not grasps
     assert "wider than the stroke" in grasps.reason
-    assert grasps.rejected[1]["wider than the stroke"] > 0
+    assert grasps.rejected[1]["wider than the stroke of 80 mm"] > 0
 
 
 def test_empty_scene_has_a_reason():
