@@ -68,18 +68,10 @@ def open_frames(
 
         stream, source, count = OakCamera(record=record), "OAK camera", count or 1
     elif is_recording(path):
-        from eyehand.perception.cameras import OakRecording, RosRecording, is_ros_recording
+        from eyehand.perception.cameras import RosRecording
 
         assert path is not None
-        source = str(path)
-        if is_ros_recording(path):
-            stream = RosRecording(path, topic=topic, camera=camera)
-        elif topic:
-            raise InputError(
-                f"--topic needs a recording of ROS 2, and {path} holds no ROS messages"
-            )
-        else:
-            stream = OakRecording(path)
+        stream, source = RosRecording(path, topic=topic, camera=camera), str(path)
     else:
         assert path is not None
         if path.suffix.lower() not in FRAME_SUFFIXES:

@@ -80,7 +80,7 @@ def grasp_command(
     oak
         Read from a connected Luxonis OAK camera instead of a file.
     record
-        With --oak: also record what the camera sees to this .mcap file.
+        With --oak: also record what the camera sees to this .mcap file, with messages of ROS 2.
     frames
         Frames to take from a camera or a recording; default 1 from a camera, all of a recording.
     topic

@@ -13,9 +13,8 @@ from eyehand.perception.cameras import (
     RosWriter,
     ros_header,
     ros_pose,
-    ros_transform,
     ros_writer,
-    write_ros_depth,
+    write_ros_frame,
 )
 from eyehand.perception.superquadric import mesh
 
@@ -88,10 +87,7 @@ def write_scene(
     colours
         Colour number of each object by its label; default: the label.
     """
-    write_ros_depth(writer, frame, seconds, DEPTH_TOPIC)
-    if frame.T_world_camera is not None:
-        pose = ros_transform(seconds, "world", "camera", frame.T_world_camera)
-        writer.write("/tf", "tf2_msgs/TFMessage", {"transforms": [pose]}, seconds)
+    write_ros_frame(writer, frame, seconds, DEPTH_TOPIC)
     head = ros_header(seconds, scene.reference_frame)
     markers = [_marker(head, "clear", 0, TEXT) | {"action": DELETE_ALL}]
     for item in scene.objects:

@@ -1,6 +1,6 @@
 """Sources of depth frames, and the calibration of a camera's pose.
 
-An OAK camera, its recordings and recordings of ROS 2 follow the `Camera` protocol.
+An OAK camera and recordings of ROS 2 follow the `Camera` protocol.
 """
 
 from .calibration_board import (
@@ -13,10 +13,10 @@ from .calibration_board import (
 from .depthai_import import load_depthai
 from .hand_eye import CameraMount, HandEye, HandEyeOptions, calibrate_hand_eye
 from .oak import OakCamera, OakOptions
-from .oak_recording import OakRecording
 from .protocol import Camera
+from .ros_frames import write_ros_frame, write_ros_frames
 from .ros_messages import RosWriter, ros_header, ros_pose, ros_transform, ros_writer
-from .ros_recording import RosRecording, is_ros_recording, write_ros_depth, write_ros_frames
+from .ros_recording import RosRecording
 
 __all__ = [
     "BoardView",
@@ -27,19 +27,17 @@ __all__ = [
     "HandEyeOptions",
     "OakCamera",
     "OakOptions",
-    "OakRecording",
     "RosRecording",
     "RosWriter",
     "calibrate_hand_eye",
     "charuco_board",
     "checkerboard",
     "detect_board",
-    "is_ros_recording",
     "load_depthai",
     "ros_header",
     "ros_pose",
     "ros_transform",
     "ros_writer",
-    "write_ros_depth",
+    "write_ros_frame",
     "write_ros_frames",
 ]

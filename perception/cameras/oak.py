@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING
 from eyehand.errors import DeviceError, InputError
 
 from .depthai_import import load_depthai
-from .oak_message import depth_frame, stamp_pose
-from .oak_recorder import OakRecorder
+from .oak_message import depth_frame
 from .oak_stream import images, next_pair, paired
+from .ros_frames import check_recording, recorded
 
 if TYPE_CHECKING:
-    from collections.abc import Generator
+    from collections.abc import Generator, Iterator
     from pathlib import Path
 
     import depthai as dai
@@ -80,8 +80,8 @@ class OakCamera:
     options : OakOptions
         Image size, rate, stereo preset, which device.
     record : Path or str, optional
-        Also write every frame to this recording (`*.mcap`), which `OakRecording` plays back. The
-        file appears when the stream ends.
+        Also write every frame to this recording (`*.mcap`), which `RosRecording` reads. The file
+        appears when the stream ends. It needs the extra `ros`.
     T_world_camera : RigidTransform, optional
         Pose of the colour camera's optical frame, copied into every frame.
     """
@@ -114,12 +114,12 @@ class OakCamera:
         InputError
             If the recording cannot be written where it was asked for.
         """
-        recorder = None if self.record is None else OakRecorder(self.record)
-        return self._stream(find_device(self.options.device), recorder)
+        if self.record is None:
+            return self._stream(find_device(self.options.device))
+        path = check_recording(self.record)
+        return recorded(self._stream(find_device(self.options.device)), path)
 
-    def _stream(
-        self, info: dai.DeviceInfo, recorder: OakRecorder | None
-    ) -> Generator[DepthFrame, None, None]:
+    def _stream(self, info: dai.DeviceInfo) -> Generator[DepthFrame, None, None]:
         import depthai as dai
 
         try:
@@ -134,7 +134,7 @@ class OakCamera:
             except RuntimeError as error:
                 raise _device_error("the OAK camera refuses the pipeline", error) from error
             try:
-                yield from live_frames(queue, self.options.timeout_s, recorder, self.T_world_camera)
+                yield from live_frames(queue, self.options.timeout_s, self.T_world_camera)
             finally:
                 pipeline.stop()
                 pipeline.wait()
@@ -219,15 +219,12 @@ def aligned_stereo(
         depth = stereo.depth
     half_a_frame = 0.5 / options.fps
     with_colour = colour if options.colour else None
-    return paired(pipeline, depth, with_colour, half_a_frame, lossless=False)
+    return paired(pipeline, depth, with_colour, half_a_frame)
 
 
 def live_frames(
-    queue: dai.MessageQueue,
-    timeout_s: float,
-    recorder: OakRecorder | None = None,
-    T_world_camera: RigidTransform | None = None,
-) -> Generator[DepthFrame, None, None]:
+    queue: dai.MessageQueue, timeout_s: float, T_world_camera: RigidTransform | None = None
+) -> Iterator[DepthFrame]:
     """Yield frames from a queue of message pairs until the stream ends.
 
     Parameters
@@ -236,42 +233,27 @@ def live_frames(
         Pairs as `paired` makes them.
     timeout_s : float
         Maximum waiting time for the next frame, s.
-    recorder : OakRecorder, optional
-        Records every frame. It is finished even when the stream ends with an error.
     T_world_camera : RigidTransform, optional
-        Put into every frame, as float32.
+        Put into every frame.
 
     Raises
     ------
     DeviceError
-        If no pair comes in time, or none with a depth reading; if the disk fails the recorder.
+        If no pair comes in time, or none with a depth reading.
     """
-    try:
-        while True:
-            messages, frame = _next_frame(queue, timeout_s, T_world_camera)
-            if recorder is not None:
-                recorder.write(*messages)
-            yield frame
-    finally:
-        if recorder is not None:
-            try:
-                recorder.finish()
-            finally:
-                recorder.discard()
+    while True:
+        yield _next_frame(queue, timeout_s, T_world_camera)
 
 
 def _next_frame(
     queue: dai.MessageQueue, timeout_s: float, T_world_camera: RigidTransform | None
-) -> tuple[tuple[dai.ImgFrame, dai.ImgFrame | None], DepthFrame]:
+) -> DepthFrame:
     deadline = time.monotonic() + timeout_s
     dark = 0
     while (pair := next_pair(queue, deadline - time.monotonic())) is not None:
-        depth, colour = images(pair)
-        if T_world_camera is not None:
-            stamp_pose(depth, T_world_camera)
-        frame = depth_frame(depth, colour)
+        frame = depth_frame(*images(pair), T_world_camera)
         if frame is not None:
-            return (depth, colour), frame
+            return frame
         dark += 1
     if dark:
         raise DeviceError(

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.errors import InputError
 
@@ -15,19 +14,21 @@ from .depthai_import import load_depthai
 if TYPE_CHECKING:
     import depthai as dai
     from numpy.typing import NDArray
+    from scipy.spatial.transform import RigidTransform
 
 UNITS_PER_METRE = 1000.0
 """A RAW16 depth pixel counts millimetres."""
-
-WORLD = "world"
-"""Marker of a world pose in the extrinsics of a message. depthai writes device ids there."""
 
 SKEW_TOLERANCE = 1e-4
 """Off-diagonal terms of the camera matrix, relative to the focal length, that are still float32
 noise: at the edge of a 90 degree view they move a pixel by 1e-4 of half the image's width."""
 
 
-def depth_frame(depth: dai.ImgFrame, colour: dai.ImgFrame | None = None) -> DepthFrame | None:
+def depth_frame(
+    depth: dai.ImgFrame,
+    colour: dai.ImgFrame | None = None,
+    T_world_camera: RigidTransform | None = None,
+) -> DepthFrame | None:
     """Convert a RAW16 image message, and the colour image registered to it, to a depth frame.
 
     Parameters
@@ -36,6 +37,8 @@ def depth_frame(depth: dai.ImgFrame, colour: dai.ImgFrame | None = None) -> Dept
         RAW16 image in mm, 0 = no reading, whose transformation carries the camera.
     colour : depthai.ImgFrame, optional
         Colour image of any type that depthai converts, of the same size.
+    T_world_camera : RigidTransform, optional
+        Pose of the camera, copied into the frame.
 
     Returns
     -------
@@ -67,23 +70,9 @@ def depth_frame(depth: dai.ImgFrame, colour: dai.ImgFrame | None = None) -> Dept
     return DepthFrame(
         depth=metres_from_raw16(raw),
         intrinsics=intrinsics,
-        T_world_camera=_pose(depth.transformation),
+        T_world_camera=T_world_camera,
         colour=None if bgr is None else np.ascontiguousarray(bgr[..., ::-1]),
     )
-
-
-def stamp_pose(message: dai.ImgFrame, T_world_camera: RigidTransform) -> None:
-    """Write the camera's pose into a message, as float32. The message is changed in place."""
-    import depthai as dai
-
-    extrinsics = dai.Extrinsics()
-    extrinsics.toDeviceId = WORLD
-    extrinsics.lengthUnit = dai.LengthUnit.METER
-    extrinsics.rotationMatrix = T_world_camera.rotation.as_matrix().tolist()
-    extrinsics.translation = dai.Point3f(*T_world_camera.translation.tolist())
-    transformation = message.transformation
-    transformation.setExtrinsics(extrinsics)
-    message.setTransformation(transformation)
 
 
 def metres_from_raw16(raw: NDArray[np.uint16]) -> NDArray[np.float32]:
@@ -115,12 +104,3 @@ def intrinsics_from_transformation(transformation: dai.ImgTransformation) -> Cam
         raise InputError(f"the depth image is rotated or skewed: camera matrix {K.tolist()}")
     fx, fy, cx, cy = (float(x) for x in (K[0, 0], K[1, 1], K[0, 2], K[1, 2]))
     return CameraIntrinsics(fx, fy, cx, cy, width, height)
-
-
-def _pose(transformation: dai.ImgTransformation) -> RigidTransform | None:
-    extrinsics = transformation.getExtrinsics()
-    if extrinsics.toDeviceId != WORLD:
-        return None
-    rotation = np.asarray(extrinsics.rotationMatrix, dtype=np.float64)
-    t = extrinsics.translation
-    return RigidTransform.from_components([t.x, t.y, t.z], Rotation.from_matrix(rotation))

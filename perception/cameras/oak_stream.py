@@ -28,10 +28,10 @@ def paired(
     depth: dai.Node.Output,
     colour: dai.Node.Output | None,
     tolerance_s: float,
-    *,
-    lossless: bool,
 ) -> dai.MessageQueue:
     """Return a queue of message groups whose depth and colour were taken together.
+
+    Old pairs are dropped, so that a slow reader gets the newest pair.
 
     Parameters
     ----------
@@ -41,9 +41,6 @@ def paired(
         The outputs to pair. Without colour the groups hold depth alone.
     tolerance_s : float
         Largest difference of the two time stamps, s.
-    lossless : bool
-        True: the source waits for a slow reader. False: old pairs are dropped and a slow reader
-        gets the newest pair.
     """
     import depthai as dai
 
@@ -53,20 +50,14 @@ def paired(
     for name, output in ((DEPTH, depth), (COLOUR, colour)):
         if output is not None:
             output.link(sync.inputs[name])
-            sync.inputs[name].setBlocking(lossless)
-    return sync.out.createOutputQueue(maxSize=QUEUE_SIZE, blocking=lossless)
+            sync.inputs[name].setBlocking(False)
+    return sync.out.createOutputQueue(maxSize=QUEUE_SIZE, blocking=False)
 
 
 def next_pair(queue: dai.MessageQueue, timeout_s: float) -> dai.MessageGroup | None:
     """Wait for the next pair; None when none comes within the time or the stream has ended."""
     import depthai as dai
 
-    message = next_message(queue, timeout_s)
-    return message if isinstance(message, dai.MessageGroup) else None
-
-
-def next_message(queue: dai.MessageQueue, timeout_s: float) -> dai.ADatatype | None:
-    """Wait for the next message; None when none comes within the time or the stream has ended."""
     closed = queue_closed_error()
     deadline = time.monotonic() + timeout_s
     while (left := deadline - time.monotonic()) > 0:
@@ -74,7 +65,7 @@ def next_message(queue: dai.MessageQueue, timeout_s: float) -> dai.ADatatype | N
             message = queue.get(timedelta(seconds=min(left, POLL_S)))
         except closed:
             return None
-        if message is not None:
+        if isinstance(message, dai.MessageGroup):
             return message
     return None
 

@@ -11,6 +11,7 @@ from typing import Any
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.errors import InputError
 
@@ -20,7 +21,8 @@ from ..io.input_file import naming
 from ..io.intrinsics import CameraFile, intrinsics_from_matrix, read_camera_file
 from ..io.png import decode_depth
 from .mcap_file import check_mcap
-from .ros_messages import RosWriter, load_ros, ros_header, ros_writer
+from .ros_frames import RGB, TF, WORLD, colour_topic
+from .ros_messages import load_ros
 
 IMAGE, COMPRESSED, INFO = (
     f"sensor_msgs/msg/{name}" for name in ("Image", "CompressedImage", "CameraInfo")
@@ -40,7 +42,9 @@ MAX_RECORD_BYTES = 1 << 28
 class RosRecording:
     """A recording of a depth topic, `sensor_msgs/Image` or compressedDepth, and its CameraInfo.
 
-    Depth is 16UC1 in mm or 32FC1 in m. Lens distortion is corrected by the nearest reading.
+    Depth is 16UC1 in mm or 32FC1 in m. Lens distortion is corrected by the nearest reading. A topic
+    `colour` beside the depth gives the colour of its pixels, and a transform from `world` to the
+    frame of the depth images the pose of the camera, as `write_ros_frames` writes them.
 
     Parameters
     ----------
@@ -68,6 +72,7 @@ class RosRecording:
         self.topic = self._depth_topic(topics, topic)
         """Topic of the depth images."""
         self._camera = camera
+        self._colour = colour_topic(self.topic)
         self._info = "" if camera is not None else self._info_topic(topics)
 
     def frames(self) -> Iterator[DepthFrame]:
@@ -83,7 +88,17 @@ class RosRecording:
         info = None
         if self._info:
             info = next((message for _, message in self._messages([self._info])), None)
-        for number, (_, message) in enumerate(self._messages([self.topic])):
+        number, colour = -1, None
+        poses: dict[str, RigidTransform] = {}
+        for topic, message in self._messages([self.topic, self._colour, TF]):
+            if topic == TF:
+                with self._damage():
+                    poses |= _world_poses(message)
+                continue
+            if topic == self._colour:
+                colour = message
+                continue
+            number += 1
             with naming(f"{self.path}: image {number} of {self.topic}"):
                 with self._damage():
                     depth = _depth(message)
@@ -96,7 +111,11 @@ class RosRecording:
                     rectified = RECTIFIED in self.topic
                     with self._damage():
                         camera, depth = _undistorted(info, depth, rectified=rectified)
-                yield DepthFrame(depth, camera.intrinsics, camera.T_world_camera)
+                with self._damage():
+                    pixels = None if colour is None else _colour_of(message, colour)
+                    seen_from = poses.get(message.header.frame_id)
+                pose = seen_from if camera.T_world_camera is None else camera.T_world_camera
+                yield DepthFrame(depth, camera.intrinsics, pose, pixels)
 
     def _camera_file(self, width: int, height: int) -> CameraFile:
         if self._camera is None:
@@ -179,59 +198,6 @@ class RosRecording:
             raise InputError(f"{self.path}: damaged, or no ROS 2 messages ({fault})") from error
 
 
-def is_ros_recording(path: Path | str) -> bool:
-    """Report whether an MCAP file holds messages of ROS 2.
-
-    Raises
-    ------
-    InputError
-        If the file is missing, not MCAP, truncated or damaged.
-    """
-    return any("/msg/" in name for name in check_mcap(path).schemas)
-
-
-def write_ros_frames(
-    path: Path, frames: Iterable[DepthFrame], *, topic: str = "/camera/depth", fps: float = 10.0
-) -> None:
-    """Write depth frames as 32FC1 images with their CameraInfo.
-
-    Raises
-    ------
-    InputError
-        If the extra `ros` is not installed, or the file cannot be written.
-    """
-    with ros_writer(path) as writer:
-        for number, frame in enumerate(frames):
-            write_ros_depth(writer, frame, number / fps, topic)
-
-
-def write_ros_depth(writer: RosWriter, frame: DepthFrame, seconds: float, topic: str) -> None:
-    """Write the image and the CameraInfo of a frame."""
-    k = frame.intrinsics
-    head = {"header": ros_header(seconds, "camera"), "height": k.height, "width": k.width}
-    image = {
-        "encoding": "32FC1",
-        "is_bigendian": 0,
-        "step": 4 * k.width,
-        "data": np.ascontiguousarray(frame.depth, "<f4").tobytes(),
-    }
-    matrix = k.matrix
-    projection = np.hstack([matrix, np.zeros((3, 1))])
-    info = {
-        "distortion_model": "plumb_bob",
-        "d": [0.0] * 5,
-        "k": matrix.ravel().tolist(),
-        "r": np.eye(3).ravel().tolist(),
-        "p": projection.ravel().tolist(),
-        "binning_x": 0,
-        "binning_y": 0,
-        "roi": {"x_offset": 0, "y_offset": 0, "height": 0, "width": 0, "do_rectify": False},
-    }
-    writer.write(topic, "sensor_msgs/Image", head | image, seconds)
-    beside = f"{topic.rpartition('/')[0]}/camera_info"
-    writer.write(beside, "sensor_msgs/CameraInfo", head | info, seconds)
-
-
 def _reader(file: Any, *factories: Any) -> Any:
     return load_ros("mcap.reader").SeekingReader(
         file, validate_crcs=True, decoder_factories=factories, record_size_limit=MAX_RECORD_BYTES
@@ -259,6 +225,26 @@ def _depth(message: Any) -> NDArray[np.float32]:
     if raw.dtype.kind == "u":
         return metres_from_units(raw, 1.0)
     return _without_gaps(raw)
+
+
+def _colour_of(depth: Any, colour: Any) -> NDArray[np.uint8] | None:
+    """Return the colour (H, W, 3) of a depth image; None if the images were not taken together."""
+    taken, beside = depth.header.stamp, colour.header.stamp
+    if (taken.sec, taken.nanosec) != (beside.sec, beside.nanosec) or colour.encoding != RGB:
+        return None
+    size = (depth.height, depth.width, 3)
+    return np.frombuffer(bytes(colour.data), np.uint8).reshape(size).copy()
+
+
+def _world_poses(message: Any) -> dict[str, RigidTransform]:
+    """Return the transforms to `world` of a TFMessage by the name of the frame."""
+    poses = {}
+    for one in message.transforms:
+        if one.header.frame_id == WORLD:
+            t, q = one.transform.translation, one.transform.rotation
+            turn = Rotation.from_quat([q.x, q.y, q.z, q.w])
+            poses[one.child_frame_id] = RigidTransform.from_components([t.x, t.y, t.z], turn)
+    return poses
 
 
 def _compressed_depth(form: str, data: bytes) -> NDArray[np.float32]:

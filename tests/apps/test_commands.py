@@ -21,8 +21,7 @@ from eyehand.perception import (
     write_cloud,
     write_frame,
 )
-
-from ..perception.cameras.oak_frames import record_frames
+from eyehand.perception.cameras import write_ros_frames
 
 SAMPLE = Path(__file__).resolve().parents[2] / "apps" / "sample" / "depth.png"
 
@@ -112,7 +111,7 @@ def test_perceive_accepts_a_camera_file_and_a_frame_without_pose(tmp_path, capsy
 def test_perceive_reads_a_recording_frame_by_frame(tmp_path, capsys):
     frame = read_frame(SAMPLE)
     bare = DepthFrame(frame.depth, frame.intrinsics)
-    record_frames(tmp_path / "two.mcap", [bare, bare])
+    write_ros_frames(tmp_path / "two.mcap", [bare, bare])
     code, out, _ = run(
         "perceive", tmp_path / "two.mcap", "--out", tmp_path / "out", "--json", capsys=capsys
     )

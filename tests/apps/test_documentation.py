@@ -17,13 +17,11 @@ from eyehand.apps.touch.view_sources import open_source
 from eyehand.data_synth import LBR_ARM
 from eyehand.data_synth.cell import GraspRobot
 from eyehand.grasping import HandModel
-from eyehand.perception import DepthFrame, Superquadric, read_frame, write_cloud
+from eyehand.perception import Superquadric, read_frame, write_cloud
 from eyehand.perception.cameras import write_ros_frames
 from eyehand.perception.io import write_png
 from eyehand.perception.superquadric import mesh
 from eyehand.tactile.sensors import record
-
-from ..perception.cameras.oak_frames import record_frames
 
 ROOT = Path(__file__).resolve().parents[2]
 README = (ROOT / "README.md").read_text()
@@ -49,7 +47,7 @@ PRINTED = {
     "from eyehand.grasping import select_prototype": "1 tapered [0.0",
     "from eyehand.grasping import load_hand": "% safe",
     "from eyehand.control": "reached",
-    "from eyehand.perception import perceive\nfrom eyehand.perception.cameras": "5 objects",
+    "from eyehand.perception import perceive\nfrom eyehand.perception.cameras": "6 objects",
     "import numpy": "ended: clear",
     "from eyehand.data_synth.pad": "no fault, phase task",
     "from eyehand.data_synth import TabletopOptions": "(480, 640) 3 objects",
@@ -74,7 +72,7 @@ def folder(tmp_path, monkeypatch) -> Path:
     write_cloud(tmp_path / "mug.pcd", ball * [1.0, 1.0, 1.4])
     (tmp_path / "out" / "scene").mkdir(parents=True)
     frame = read_frame(tmp_path / "apps" / "sample" / "depth.png")
-    record_frames(tmp_path / "out" / "look.mcap", [DepthFrame(frame.depth, frame.intrinsics)])
+    write_ros_frames(tmp_path / "out" / "look.mcap", [frame])
     sensor, calibration = open_source("good", 0)
     record(sensor, tmp_path / "out" / "touch.mcap", 3.0, calibration)
     write_ros_frames(tmp_path / "bag.mcap", [frame])

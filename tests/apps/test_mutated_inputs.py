@@ -18,8 +18,7 @@ from eyehand.apps.main import main
 from eyehand.apps.mesh_file import mesh_bytes
 from eyehand.data_synth import LBR_ARM
 from eyehand.perception import CameraIntrinsics, DepthFrame, write_cloud, write_frame
-
-from ..perception.cameras.oak_frames import record_frames
+from eyehand.perception.cameras import write_ros_frames
 
 SAMPLE, ALL = 100, 1100
 """Number of mutations in the fast and in the slow test."""
@@ -85,7 +84,7 @@ def originals(tmp_path_factory) -> Path:
         write_frame(folder / name, frame)
     shutil.move(folder / "frame.json", folder / "camera.json")
     shutil.copy(folder / "frame.png", folder / "mask.png")
-    record_frames(folder / "look.mcap", [frame])
+    write_ros_frames(folder / "look.mcap", [frame])
     shutil.copy(DESCRIPTIONS / "panda.json", folder / "hand.json")
     shutil.copy(LBR_ARM, folder / "arm.xml")
     ball = rng.normal(size=(300, 3))

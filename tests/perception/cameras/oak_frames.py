@@ -1,35 +1,17 @@
-"""Image messages and recordings as an OAK camera would make them of depth frames."""
+"""Image messages as an OAK camera would make them of depth frames."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from datetime import timedelta
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from eyehand.perception.cameras import load_depthai
-from eyehand.perception.cameras.oak_message import stamp_pose
-from eyehand.perception.cameras.oak_recorder import OakRecorder
 from eyehand.perception.frame import DepthFrame
 
 if TYPE_CHECKING:
     import depthai as dai
-
-FRAME_PERIOD_S = 1 / 30
-
-
-def record_frames(path: Path, frames: Iterable[DepthFrame]) -> int:
-    """Write an OAK recording of frames, and return their number."""
-    recorder = OakRecorder(path)
-    try:
-        for number, frame in enumerate(frames):
-            recorder.write(*image_messages(frame, number * FRAME_PERIOD_S))
-        recorder.finish()
-    finally:
-        recorder.discard()
-    return recorder.frames
 
 
 def image_messages(frame: DepthFrame, time_s: float) -> tuple[dai.ImgFrame, dai.ImgFrame | None]:
@@ -58,8 +40,6 @@ def _message(
     # setSourceSize resets the transformation, so it comes first.
     message.setSourceSize(width, height)
     message.setTransformation(dai.ImgTransformation(k.width, k.height, k.matrix.tolist()))
-    if frame.T_world_camera is not None:
-        stamp_pose(message, frame.T_world_camera)
     message.setData(np.ascontiguousarray(pixels).tobytes())
     message.setTimestamp(timedelta(seconds=time_s))
     message.setTimestampDevice(timedelta(seconds=time_s))

@@ -6,9 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
-from scipy.spatial.transform import RigidTransform, Rotation
+from scipy.spatial.transform import RigidTransform
 
 from eyehand.errors import InputError
 from eyehand.perception.cameras.depthai_import import load_depthai
@@ -16,7 +14,6 @@ from eyehand.perception.cameras.oak_message import (
     depth_frame,
     intrinsics_from_transformation,
     metres_from_raw16,
-    stamp_pose,
 )
 from eyehand.perception.frame import CameraIntrinsics, DepthFrame
 
@@ -51,8 +48,7 @@ def test_frame_round_trips_through_message(frames: Frames, pose: RigidTransform)
     (frame,) = frames(1, colour=True)
 
     depth, colour = image_messages(frame, 1.5)
-    stamp_pose(depth, pose)
-    back = depth_frame(depth, colour)
+    back = depth_frame(depth, colour, pose)
 
     assert depth.getType() == RAW16
     assert depth.getTimestamp().total_seconds() == 1.5
@@ -61,40 +57,7 @@ def test_frame_round_trips_through_message(frames: Frames, pose: RigidTransform)
     assert back.colour is not None
     assert frame.colour is not None
     assert np.array_equal(back.colour, frame.colour)
-    assert back.T_world_camera is not None
-    np.testing.assert_allclose(back.T_world_camera.as_matrix(), pose.as_matrix(), atol=1e-6)
-
-
-@settings(max_examples=30)
-@given(
-    quat=st.tuples(*[st.floats(-1, 1)] * 4).filter(lambda q: np.linalg.norm(q) > 0.1),
-    translation=st.tuples(*[st.floats(-20, 20)] * 3),
-)
-def test_pose_is_stored_in_float32(quat: tuple[float, ...], translation: tuple[float, ...]) -> None:
-    T = RigidTransform.from_components(translation, Rotation.from_quat(quat))
-    k = CameraIntrinsics(5.0, 5.0, 2.0, 1.0, 4, 3)
-    frame = DepthFrame(np.ones((3, 4), np.float32), k, T)
-
-    back = depth_frame(image_messages(frame, 0.0)[0])
-
-    assert back is not None
-    assert back.T_world_camera is not None
-    np.testing.assert_allclose(back.T_world_camera.as_matrix(), T.as_matrix(), rtol=1e-6, atol=1e-6)
-
-
-def test_pose_between_cameras_is_no_world_pose(frames: Frames) -> None:
-    depth, _ = image_messages(frames(1)[0], 0.0)
-    extrinsics = dai.Extrinsics(
-        np.eye(3).tolist(), dai.Point3f(7.5, 0, 0), dai.CameraBoardSocket.CAM_B
-    )
-    moved = depth.transformation
-    moved.setExtrinsics(extrinsics)
-    depth.setTransformation(moved)
-
-    back = depth_frame(depth)
-
-    assert back is not None
-    assert back.T_world_camera is None
+    assert back.T_world_camera is pose
 
 
 def test_row_padding_is_removed(camera: CameraIntrinsics) -> None:

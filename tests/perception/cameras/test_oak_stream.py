@@ -6,17 +6,16 @@ import time
 from typing import TYPE_CHECKING
 
 import numpy as np
+import pytest
 
-from eyehand.perception.cameras import OakRecording
 from eyehand.perception.cameras.depthai_import import load_depthai
-from eyehand.perception.cameras.oak_recorder import OakRecorder
+from eyehand.perception.cameras.oak_message import depth_frame
 from eyehand.perception.cameras.oak_stream import QUEUE_SIZE, images, next_pair, paired
 
-from .oak_frames import image_messages, record_frames
+from .oak_frames import image_messages
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-    from pathlib import Path
 
     from eyehand.perception.frame import DepthFrame
 
@@ -26,44 +25,69 @@ load_depthai()
 import depthai as dai  # noqa: E402 - depthai prints to stdout unless load_depthai came first
 
 
-def test_later_colour_is_paired_with_its_depth(tmp_path: Path, frames: Frames) -> None:
-    recorded = frames(12, colour=True)
-    recorder = OakRecorder(tmp_path / "scene.mcap")
-    for number, frame in enumerate(recorded):
-        depth, _ = image_messages(frame, number / 30)
-        _, colour = image_messages(frame, number / 30 + 0.016)
-        recorder.write(depth, colour)
-    recorder.finish()
+class Source(dai.node.ThreadedHostNode):
+    """A node that sends image messages."""
 
-    played = list(OakRecording(tmp_path / "scene.mcap").frames())
+    def __init__(self) -> None:
+        super().__init__()
+        self.out = self.createOutput()
+        self.messages: list[dai.ImgFrame] = []
+        self.pause = 0.0
 
-    assert len(played) == 12
-    for before, after in zip(recorded, played, strict=True):
-        assert before.colour is not None
-        assert after.colour is not None
-        assert np.array_equal(before.depth, after.depth)
-        assert np.array_equal(before.colour, after.colour)
+    def run(self) -> None:
+        """Send all messages."""
+        for message in self.messages:
+            if not self.isRunning():
+                return
+            self.out.send(message)
+            time.sleep(self.pause)
 
 
-def test_slow_reader_of_live_stream_skips_old_frames(tmp_path: Path, frames: Frames) -> None:
-    record_frames(tmp_path / "scene.mcap", frames(20))
-    pipeline = dai.Pipeline(createImplicitDevice=False)
-    replay = pipeline.create(dai.node.ReplayMessage)
-    replay.setReplayFile(tmp_path / "scene.mcap")
-    replay.setLoop(True)
-    replay.setFps(200)
-    queue = paired(pipeline, replay.out, None, 0.01, lossless=False)
+@pytest.fixture
+def pipeline():
+    made = dai.Pipeline(createImplicitDevice=False)
+    yield made
+    made.stop()
+    made.wait()
+
+
+def test_later_colour_is_paired_with_its_depth(pipeline, frames: Frames) -> None:
+    sent = frames(12, colour=True)
+    depth, colour = pipeline.create(Source), pipeline.create(Source)
+    depth.pause = colour.pause = 0.05
+    depth.messages = [image_messages(frame, k / 30)[0] for k, frame in enumerate(sent)]
+    later = [image_messages(frame, k / 30 + 0.016)[1] for k, frame in enumerate(sent)]
+    colour.messages = [message for message in later if message is not None]
+    queue = paired(pipeline, depth.out, colour.out, 0.0167)
     pipeline.start()
-    try:
-        numbers = []
-        for _ in range(5):
-            pair = next_pair(queue, 5.0)
-            assert pair is not None
-            numbers.append(images(pair)[0].getSequenceNum())
-            time.sleep(0.1)
-    finally:
-        pipeline.stop()
-        pipeline.wait()
+    pairs = 0
+    while (pair := next_pair(queue, 1.0)) is not None:
+        frame = depth_frame(*images(pair))
+        assert frame is not None
+        match = next(one for one in sent if np.array_equal(one.depth, frame.depth))
+        assert match.colour is not None
+        assert frame.colour is not None
+        assert np.array_equal(match.colour, frame.colour)
+        pairs += 1
+    assert pairs >= 6
+
+
+def test_slow_reader_skips_old_frames(pipeline, frames: Frames) -> None:
+    source = pipeline.create(Source)
+    source.pause = 0.005
+    (frame,) = frames(1)
+    for number in range(200):
+        message = image_messages(frame, number / 200)[0]
+        message.setSequenceNum(number)
+        source.messages.append(message)
+    queue = paired(pipeline, source.out, None, 0.01)
+    pipeline.start()
+    numbers = []
+    for _ in range(5):
+        pair = next_pair(queue, 5.0)
+        assert pair is not None
+        numbers.append(images(pair)[0].getSequenceNum())
+        time.sleep(0.1)
 
     # At 200 Hz about 80 frames pass in the four pauses. The queue holds far fewer.
     assert numbers[-1] - numbers[0] > 4 * (QUEUE_SIZE + 1)

@@ -10,10 +10,11 @@ from typing import Any
 import cv2
 import numpy as np
 import pytest
+from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.errors import InputError
 from eyehand.perception import CameraIntrinsics, DepthFrame
-from eyehand.perception.cameras import RosRecording, is_ros_recording, write_ros_frames
+from eyehand.perception.cameras import RosRecording, write_ros_frames
 from eyehand.perception.cameras.ros_messages import DEFINITIONS, definition, ros_header, ros_writer
 
 pytest.importorskip("mcap_ros2", reason="recordings of ROS 2 need the extra [ros]")
@@ -79,12 +80,26 @@ def only_frame(path, **options) -> DepthFrame:
 def test_written_frames_are_read_back_exactly(tmp_path, depth):
     frames = [DepthFrame(depth, CAMERA), DepthFrame(depth * np.float32(0.77), CAMERA)]
     write_ros_frames(tmp_path / "a.mcap", frames)
-    assert is_ros_recording(tmp_path / "a.mcap")
     read = list(RosRecording(tmp_path / "a.mcap", topic="/camera/depth").frames())
     assert len(read) == 2
     for one, other in zip(read, frames, strict=True):
         np.testing.assert_array_equal(one.depth, other.depth)
         assert one.intrinsics == CAMERA
+
+
+def test_colour_and_pose_are_read_back(tmp_path, depth):
+    rng = np.random.default_rng(0)
+    pose = RigidTransform.from_components([0.1, -0.2, 0.9], Rotation.random(rng=rng))
+    colours = rng.integers(0, 256, (2, HEIGHT, WIDTH, 3), dtype=np.uint8)
+    frames = [DepthFrame(depth, CAMERA, pose, colour) for colour in colours]
+    write_ros_frames(tmp_path / "a.mcap", [*frames, DepthFrame(depth, CAMERA)])
+    *read, bare = RosRecording(tmp_path / "a.mcap").frames()
+    for one, colour in zip(read, colours, strict=True):
+        assert one.colour is not None
+        assert one.T_world_camera is not None
+        np.testing.assert_array_equal(one.colour, colour)
+        np.testing.assert_allclose(one.T_world_camera.as_matrix(), pose.as_matrix(), atol=1e-14)
+    assert bare.colour is None
 
 
 @pytest.mark.parametrize("order", ["<", ">"])
