@@ -223,7 +223,7 @@ def _check_free_space(
     if shares is None or free_space is None:
         return fit
     # The solid of an object with a hole is right outside, and its outline differs.
-    reason = fit.reason or check_covered_share(shares.beside, free_space)
+    reason = fit.reason or check_covered_share(shares.beside, free_space, len(fit.parts))
     return replace(
         fit,
         covered_share=shares.covered,

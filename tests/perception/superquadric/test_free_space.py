@@ -147,8 +147,11 @@ def test_hole_is_seen_through_and_said():
     seen_through = view(np.where(ring, 0.6, 0.8), ring)
     expected = np.count_nonzero(radius <= 0.05) / np.count_nonzero(ring)
     assert seen_through.hole_share == pytest.approx(expected)
-    assert "has a hole" in check_covered_share(0.3, seen_through)
-    assert check_covered_share(0.05, seen_through) == ""
+    assert "has a hole" in check_covered_share(0.3, seen_through, 1)
+    assert "has a hole" in check_covered_share(0.5, seen_through, 3)
+    assert check_covered_share(0.05, seen_through, 1) == ""
+    # Few solids do not follow the edge of a hole: several parts may cover more of it.
+    assert check_covered_share(0.3, seen_through, 2) == ""
 
 
 @pytest.mark.parametrize("inner_depth", [0.0, 0.5, 0.6])
@@ -159,5 +162,5 @@ def test_no_hole_without_a_reading_behind_the_object(inner_depth):
     filled = ring | ((radius < 0.09) & (inner_depth == 0.6))
     closed = view(depth, filled)
     assert closed.hole_share == 0.0
-    assert "bent, branched" in check_covered_share(0.3, closed)
+    assert "bent, branched" in check_covered_share(0.3, closed, 2)
     assert view(0.7).hole_share == 0.0
