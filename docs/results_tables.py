@@ -10,6 +10,8 @@ A page names the columns of a table before it. Each is a heading and a format of
 
     <!-- results NAME: scenes={name} | successful picks={success_pct:.1f} % -->
     <!-- end of results -->
+
+`results NAME where FIELD=VALUE:` keeps the rows with this value. Unknown values are shown as -.
 """
 
 from __future__ import annotations
@@ -18,11 +20,16 @@ import datetime
 import json
 import re
 import sys
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 DOCS = Path(__file__).resolve().parent
-BLOCK = re.compile(r"(<!-- results (\w+): (.*?) -->\n).*?(<!-- end of results -->)", re.DOTALL)
+BLOCK = re.compile(
+    r"(<!-- results (\w+)(?: where (\w+)=(.*?))?: (.*?) -->\n).*?(<!-- end of results -->)",
+    re.DOTALL,
+)
+UNKNOWN = "-"
 PRIVATE = ("out",)
 """Fields of a report that hold paths of the machine."""
 
@@ -58,12 +65,13 @@ def with_tables(text: str, folder: Path = DOCS / "results") -> str:
 
     def block(match: re.Match[str]) -> str:
         content = json.loads((folder / f"{match[2]}.json").read_text(encoding="utf-8"))
-        return f"{match[1]}\n{table(content, match[3])}\n\n{match[4]}"
+        where = {match[3]: match[4]} if match[3] else {}
+        return f"{match[1]}\n{table(content, match[5], where)}\n\n{match[6]}"
 
     return BLOCK.sub(block, text)
 
 
-def table(content: dict[str, Any], columns: str) -> str:
+def table(content: dict[str, Any], columns: str, where: Mapping[str, str]) -> str:
     """Return a table and the line that says how it was measured.
 
     Parameters
@@ -72,16 +80,25 @@ def table(content: dict[str, Any], columns: str) -> str:
         A file of `store`.
     columns
         ``heading={field:format} | …``; the fields are those of the report's rows.
+    where
+        Fields and values of the rows to keep.
     """
     pairs = [column.strip().split("=", 1) for column in columns.split("|")]
     report = content["report"]
     lines = [[heading for heading, _ in pairs], ["---"] * len(pairs)]
-    lines += [[form.format(**row) for _, form in pairs] for row in report["rows"]]
+    kept = [row for row in report["rows"] if all(row[key] == value for key, value in where.items())]
+    lines += [[_filled(form, row) for _, form in pairs] for row in kept]
     rows = "\n".join(f"| {' | '.join(line)} |" for line in lines)
     hidden = report.get("seed") is None or "--seed" in content["command"]
     seed = "" if hidden else f", seed {report['seed']}"
     machine = report.get("machine", "machine not recorded")
     return f"{rows}\n\n`{content['command']}`{seed}, {content['date']}, {machine}."
+
+
+def _filled(form: str, row: Mapping[str, Any]) -> str:
+    unknown = [key for key, value in row.items() if value is None]
+    plain = re.sub(rf"{{({'|'.join(unknown)})(:[^}}]*)?}}", UNKNOWN, form) if unknown else form
+    return plain.format(**row)
 
 
 if __name__ == "__main__":
