@@ -59,7 +59,7 @@ def control_tasks(
         raise InputError(f"a refused grasp has no approach: {plan.reason}")
     if not 0.0 <= retreat < np.inf:
         raise InputError(f"retreat must be a finite distance >= 0 m, got {retreat}")
-    if plan.geometry is None or isinstance(hand, ParallelHand):
+    if plan.geometry is None or plan.tip_depth is None or isinstance(hand, ParallelHand):
         return tuple(control_task(task, retreat) for task in plan.tasks)
     # Touch may have shifted the plan's tasks.
     geometry = plan.geometry

@@ -42,19 +42,17 @@ if TYPE_CHECKING:
     from .palm_placement import PalmPlacement
 
 PURPOSE_PREFERENCE: dict[GraspPurpose, dict[Prototype, float]] = {
-    "lift": {"power": 1.0, "precision": 0.9, "pincer": 0.9},
-    "move": {"power": 1.0, "precision": 0.85, "pincer": 0.8},
-    "hand-over": {"power": 0.7, "precision": 1.0, "pincer": 0.9},
-    "use": {"power": 1.0, "precision": 0.8, "pincer": 0.6},
+    "lift": {"power": 0.6, "precision": 1.0, "pincer": 0.6},
+    "move": {"power": 1.0, "precision": 0.6, "pincer": 0.8},
+    "hand-over": {"power": 0.7, "precision": 0.7, "pincer": 0.9},
+    "use": {"power": 1.0, "precision": 0.55, "pincer": 0.6},
 }
-"""Weight of each prototype for the purpose of a grasp. Moving prefers the whole hand. A hand-over
-prefers a free part of the object."""
-PRECISION_WEIGHT = 0.7
-"""Weight of a precision grasp. It holds almost every object, but less firmly than the prototype for
-the object's size."""
+"""Weight of each prototype for the purpose of a grasp. Lifting prefers the prototype that fails
+least: the row of fingertips against the thumb. A power grasp may press an object with upright sides
+out of the hand, and a pincer presses with one finger only. Moving prefers the whole hand. A
+hand-over prefers a free part of the object."""
 SIDE_PRECISION_WEIGHT = 0.8
-"""Additional weight of a precision grasp from the side, where the pads carry the weight
-tangentially."""
+"""Weight of a precision grasp from the side, where the pads carry the weight tangentially."""
 LONG_SIDE_WEIGHT = 0.9
 """Weight of closing along the longer side, which leaves less clearance."""
 SLENDERNESS_RANGE, TOPPLE_WEIGHT = (3.0, 6.0), 0.7
@@ -233,7 +231,7 @@ def _precision(geometry: GraspGeometry, mass: float) -> GraspEvaluation:
     terms = {
         "width": _centred(geometry.width, 0.0, PRECISION_WIDTH),
         "weight": _ease(mass, PRECISION_MASS),
-        "fallback": PRECISION_WEIGHT * (SIDE_PRECISION_WEIGHT if side else 1.0),
+        "approach": SIDE_PRECISION_WEIGHT if side else 1.0,
     }
     return GraspEvaluation(refusal, terms)
 

@@ -14,6 +14,7 @@ from .hold_quality import plan_hold
 from .jaw_plan import jaw_plans
 from .jaws import plan_grasps
 from .motion import TURN_SPEED, with_speed
+from .opposed_grasps import opposed_grasps
 from .pick_state import TARGET, TRANSIT_SPEED, PickState, SelectedGrasp
 from .planning import GraspOptions, plan_prototypes
 from .reachable import is_reachable
@@ -136,6 +137,7 @@ def _probable_first(candidates: Candidates, hand: HandModel | ParallelHand) -> I
         if (
             solid is None
             or isinstance(hand, ParallelHand)
+            or plan.tip_depth is None
             or plan_hold(plan, solid, hand) >= MIN_HOLD
         ):
             yield candidate
@@ -164,6 +166,12 @@ def _finger_candidates(
                 found.append((weight * plan.score.total, item, plan))
             else:
                 skipped[item.label] = plan.reason
+    # Items without a plan, because no solid was fitted or all usual grasps are blocked.
+    unplanned = {item.label for item in items} - {item.label for _, item, _ in found}
+    if unplanned:
+        for item, plan in opposed_grasps(scene, hand, unplanned):
+            weight = LOADED_WEIGHT if item.label in loaded else 1.0
+            found.append((weight * plan.score.total, item, plan))
     return found
 
 

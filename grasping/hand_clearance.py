@@ -102,7 +102,7 @@ def hand_clearance(
     palm = geometry.centre - placement.standoff * geometry.palm + offset
     axes = np.array([geometry.closing, geometry.finger_row, geometry.palm])
     local = (neighbours.points - palm) @ axes.T
-    boxes = _hand_boxes(hand, prototype, opening, geometry.width)
+    boxes = hand_boxes(hand, prototype, opening, geometry.width)
     low, high = boxes[:, 0, None], boxes[:, 1, None]
     outside = np.maximum(np.maximum(low - local, local - high), 0.0)
     squared_distance = np.einsum("bpk,bpk->bp", outside, outside).min(axis=0)
@@ -121,7 +121,7 @@ def hand_clearance(
     return -float(depth[nearest]), int(neighbours.labels[nearest])
 
 
-def _hand_boxes(
+def hand_boxes(
     hand: HandModel, prototype: Prototype, opening: float, width: float
 ) -> NDArray[np.float64]:
     """Return the corners (B, 2, 3), m, of boxes around the open hand and its retreat.

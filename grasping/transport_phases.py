@@ -92,6 +92,9 @@ def place(cell: Cell, state: PickState) -> PhaseFailure | None:
         upright = AxisAlignment(palm.rotation.inv().apply(UP), UP)
         _put_back(cell, state, goal.centre_in_palm, upright, _centre(state, palm))
         return PhaseFailure("place_failed", f"on the way to the tray: {result.reason}")
+    thin = gripped_too_thin(cell.hand.width(cell.reading.hand), state.plan, state.grasp.target.fit)
+    if thin:
+        return PhaseFailure("lost", f"{thin} over the tray")
     state.lowering = True
     # However this motion ends, the object is over its place or already on what lies there.
     tasks = (Position(goal.low, goal.centre_in_palm), goal.alignment)

@@ -9,7 +9,7 @@ TERM_MEANINGS: dict[str, str] = {
     "width": "the width of the object is in the middle of the range of the prototype",
     "height": "the object is tall enough for the fingers to wrap",
     "weight": "the object is light enough for the fingertips",
-    "fallback": "the grasp is a power grasp or a pincer, not the less secure fallback",
+    "approach": "the weight does not pull along the pads, as it does from the side",
     "purpose": "the prototype suits the purpose",
     "certainty": "the width is known exactly, and the whole outline of the object was visible",
     "stands": "the object does not topple when touched",

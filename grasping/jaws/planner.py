@@ -23,6 +23,8 @@ from .selection import MIN_PROBABILITY, ranked_grasps, up_direction
 from .surface_model import ObjectSurface, object_surface
 
 if TYPE_CHECKING:
+    from collections.abc import Collection
+
     from numpy.typing import NDArray
 
     from eyehand.perception import Scene, SceneObject
@@ -42,7 +44,12 @@ SAME_WIDTH_COSINE = np.cos(np.radians(20.0))
 """Cosine between closing axes whose widths have the same standard deviation."""
 
 
-def plan_grasps(scene: Scene, hand: ParallelHand, options: JawOptions | None = None) -> GraspList:
+def plan_grasps(
+    scene: Scene,
+    hand: ParallelHand,
+    options: JawOptions | None = None,
+    labels: Collection[int] | None = None,
+) -> GraspList:
     """Plan grasps of all objects of a scene, the most probable first.
 
     Parameters
@@ -53,6 +60,8 @@ def plan_grasps(scene: Scene, hand: ParallelHand, options: JawOptions | None = N
         The gripper.
     options
         Options; None for the defaults.
+    labels
+        Labels of the objects to grasp; None for all. The others are neighbours.
 
     Returns
     -------
@@ -76,6 +85,8 @@ def plan_grasps(scene: Scene, hand: ParallelHand, options: JawOptions | None = N
     carrying = {item.rests_on for item, _ in known}
     best = []
     for number, (item, surface) in enumerate(known):
+        if labels is not None and item.label not in labels:
+            continue
         found = _contact_candidates(item, surface, number, hand, up, scene, options, rejected)
         if found is not None:
             order = STACKED_TERM if item.label in carrying else 1.0

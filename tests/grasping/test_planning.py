@@ -14,6 +14,8 @@ from eyehand.perception import SceneObject, Superquadric, SuperquadricFit, Suppo
 from eyehand.perception.superquadric import Uncertainty
 
 TABLE = SupportPlane(np.array([0.0, 0.0, 1.0]), 0.0)
+MOVE = GraspOptions(purpose="move")
+"""Options that prefer the whole hand."""
 
 
 def standing_object(kind, axes, e, *, at=(0.0, 0.0), visible=1.0, label=1, turn=0.0) -> SceneObject:
@@ -50,7 +52,7 @@ def ball(radius, **more):
     ],
 )
 def test_size_selects_prototype_and_symmetry_sets_task_rows(item, prototype, approach, rows):
-    plan = select_prototype(item, TABLE)
+    plan = select_prototype(item, TABLE, options=MOVE)
     assert plan
     assert (plan.prototype, plan.approach, plan.rows) == (prototype, approach, rows)
     assert 0 < plan.score.total <= 1
@@ -105,7 +107,7 @@ def ring(radius: float, count: int) -> list[SceneObject]:
 
 def test_neighbours_all_around_rule_out_side_grasp():
     alone = can(0.03, 0.16)
-    assert select_prototype(alone, TABLE, neighbours=[alone]).approach == "side"
+    assert select_prototype(alone, TABLE, neighbours=[alone], options=MOVE).approach == "side"
     crowded = select_prototype(alone, TABLE, neighbours=[alone, *ring(0.11, 9)])
     assert crowded.approach == "top"
     assert "is in the way of the hand" in crowded.rejected["side power"]
@@ -124,7 +126,7 @@ def test_single_neighbour_limits_side_grasp_to_free_directions():
 
 def test_fingers_from_above_close_away_from_neighbour():
     wall = standing_object("box", [0.01, 0.1, 0.05], (0.1, 0.1), at=(0.060, 0.0), label=2)
-    plan = select_prototype(can(0.0375, 0.08), TABLE, neighbours=[wall])
+    plan = select_prototype(can(0.0375, 0.08), TABLE, neighbours=[wall], options=MOVE)
     assert plan.name == "top power"
     assert abs(plan.closing @ [0.0, 1.0, 0.0]) > 0.8
     assert plan.tasks[-1].name == "orientation"
@@ -197,7 +199,7 @@ def test_neighbour_without_solid_blocks_by_its_points_and_object_below_does_not(
     unfitted = SceneObject(2, points, len(points), SuperquadricFit.rejected("too few"), 0.0, 0)
     assert not select_prototype(alone, TABLE, neighbours=[unfitted])
     below = standing_object("box", [0.1, 0.1, 0.01], (0.1, 0.1), label=3)
-    assert select_prototype(alone, TABLE, neighbours=[below]).approach == "side"
+    assert select_prototype(alone, TABLE, neighbours=[below], options=MOVE).approach == "side"
 
 
 def walls_around(x: float, y: float, height: float) -> list[SceneObject]:
@@ -261,9 +263,10 @@ def test_zero_up_vector_is_rejected():
 
 def test_purpose_changes_prototype():
     item = can(0.0375, 0.08)
-    lift = select_prototype(item, TABLE, options=GraspOptions(purpose="lift"))
-    give = select_prototype(item, TABLE, options=GraspOptions(purpose="hand-over"))
-    assert (lift.prototype, give.prototype) == ("power", "precision")
+    wanted = {"lift": "precision", "move": "power", "hand-over": "precision", "use": "power"}
+    for purpose, prototype in wanted.items():
+        plan = select_prototype(item, TABLE, options=GraspOptions(purpose=purpose))  # type: ignore[arg-type]  # keys are purposes
+        assert plan.prototype == prototype
 
 
 def test_unknown_purpose_is_rejected_with_valid_ones():
