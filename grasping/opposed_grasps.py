@@ -182,6 +182,7 @@ class _Surroundings:
                 boxes,
                 0.0,
                 COARSE_RANK,
+                np.full(1, -np.inf),
             )[0, 1]
         )
 
