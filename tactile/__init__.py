@@ -33,6 +33,7 @@ from .press_decoder import PressDecoder, fit_decoder
 from .selection import PRESETS, SelectionMatrix
 from .servo import ServoGoal, TactileServo
 from .servo_options import ServoOptions
+from .slip_detector import SlipDetector, SlipScore, with_past
 from .slip_features import PRESSURE_FEATURES, SlipState
 from .timing import Timing, identify_timing
 from .twist import world_twist
@@ -68,7 +69,9 @@ __all__ = [
     "SelectionMatrix",
     "ServoGoal",
     "ServoOptions",
+    "SlipDetector",
     "SlipGrip",
+    "SlipScore",
     "SlipState",
     "TactileArray",
     "TactileImage",
@@ -88,5 +91,6 @@ __all__ = [
     "long_axis",
     "save_calibration",
     "tangents",
+    "with_past",
     "world_twist",
 ]

@@ -7,8 +7,8 @@ from math import exp, log
 
 from eyehand.errors import InputError
 
-_MIN_FRICTION, _MAX_FRICTION = 0.05, 3.0
-"""Range of estimates that make sense."""
+_MAX_FRICTION = 3.0
+"""Maximum estimate that makes sense."""
 _FILTER_TIME = 0.02
 """Time constant of the filter of both forces, s."""
 _WATCH_TIME = 0.08
@@ -34,6 +34,9 @@ class PullOptions:
     """Tangential force from which the ratio counts, N: above the force sensor's noise."""
     min_grip: float = 0.15
     """Grip force at which the pull ends, N."""
+    min_friction: float = 0.15
+    """Estimate below which the pull is repeated, as noise has ended it too early. No pad of foam
+    or rubber is so slippery."""
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
@@ -45,7 +48,8 @@ class FrictionPull:
     """The pull of one grasp.
 
     The hand lifts by about a millimetre while the grip is eased. The ratio of tangential to normal
-    force rises until the object slides. From then on it hangs at the friction.
+    force rises until the object slides. From then on it hangs at the friction. An estimate that is
+    too low to be true restarts the pull once, from its first grip force.
 
     Parameters
     ----------
@@ -57,13 +61,14 @@ class FrictionPull:
 
     def __init__(self, grip: float, options: PullOptions | None = None) -> None:
         self._options = options or PullOptions()
-        self._grip = grip
+        self._grip = self._first_grip = grip
+        self._repeated = False
         self._normal = self._tangential = 0.0
         self._started = False
         self._past: list[tuple[float, float, float]] = []
         self._time = 0.0
         self.friction: float | None = None
-        """Estimated friction; None until the object has slid."""
+        """Estimated friction; None until the object has slid, and if no estimate makes sense."""
         self.done = False
         """Whether the pull has ended: the object has slid, or the grip is at its minimum."""
 
@@ -98,8 +103,13 @@ class FrictionPull:
         fallen = first_grip - grip
         watched = self._time - begun >= 0.9 * _WATCH_TIME
         if watched and fallen > 0.0 and ratio - first_ratio < _MIN_RISE * fallen:
-            best = max(entry[2] for entry in self._past)
-            self.friction = min(max(exp(best), _MIN_FRICTION), _MAX_FRICTION)
+            best = exp(max(entry[2] for entry in self._past))
+            if best < o.min_friction and not self._repeated:
+                self._repeated = True
+                self._past.clear()
+                self._grip = self._first_grip
+                return self._grip
+            self.friction = min(best, _MAX_FRICTION) if best >= o.min_friction else None
             self.done = True
         elif self._grip <= o.min_grip:
             self.done = True

@@ -7,11 +7,11 @@ last 1 to 4 and 4 to 16 ms. From these come:
 - the change of the pattern that neither another force nor a shifted centre explains. Cells at the
   rim slide first, so that partial slip changes the pattern;
 - the energy above 1 ms: vibrations;
-- with a shear array: ratio of tangential to normal force, its change along its direction, and how
+- with a shear array: ratio of tangential to normal force, its change along its direction, how
   well the change of shear fits that of a stuck contact (even) and of a sliding one (like the
-  pressure).
+  pressure), and what the shear itself says about sliding cells (:mod:`shear_pattern`).
 
-No feature depends on the direction of the load or on its unit.
+No feature depends on the direction of the load. Lengths are in units near the noise's.
 """
 
 from __future__ import annotations
@@ -21,7 +21,10 @@ from math import asinh, sqrt
 import numpy as np
 from numba import njit
 
-PRESSURE_FEATURES, SHEAR_FEATURES = 15, 13
+from .shear_pattern import PATTERN_FEATURES, pattern_features, shear_pattern
+
+PRESSURE_FEATURES, CHANGE_FEATURES = 15, 13
+SHEAR_FEATURES = CHANGE_FEATURES + 3 * PATTERN_FEATURES
 """Number of features of the pressures alone, and further ones of the shear."""
 FEATURES = PRESSURE_FEATURES + SHEAR_FEATURES
 BANDS = 3
@@ -53,10 +56,20 @@ class SlipState:
         Standard deviation of a pressure at rest, Pa.
     period
         Time between two images, s.
+    shear_stiffness
+        Shear stiffness of the layer, Pa/m; that of a 4 mm layer of a pad for 20 kPa by default.
     """
 
-    def __init__(self, rows: int, columns: int, pitch: float, noise: float, period: float) -> None:
-        self.size = (rows, columns)
+    def __init__(
+        self,
+        rows: int,
+        columns: int,
+        pitch: float,
+        noise: float,
+        period: float,
+        shear_stiffness: float = 3e6,
+    ) -> None:
+        self.size, self._stiffness = (rows, columns), shear_stiffness
         self.pitch, self.threshold = pitch, CONTACT_SIGMAS * noise
         self.shares = np.array(
             [1 - np.exp(-period / t) for t in (*BAND_TIMES, SLOW_TIME, _ENERGY_TIME)]
@@ -85,14 +98,13 @@ class SlipState:
         if not self._started:
             self.means[:] = frame
             self._started = True
-        slip_features(
-            frame, self.shares, self.threshold, self.pitch, self.means, self.slow, self.values
-        )
+        layer = (self.threshold, self.pitch, self._stiffness)
+        slip_features(frame, self.shares, layer, self.means, self.slow, self.values)
         return self.values
 
 
 @njit(cache=True, error_model="numpy")
-def slip_features(frame, shares, threshold, pitch, means, slow, values):
+def slip_features(frame, shares, layer, means, slow, values):
     """Compute the features of an image, and enter it into the running means.
 
     Parameters
@@ -101,10 +113,9 @@ def slip_features(frame, shares, threshold, pitch, means, slow, values):
         (3, rows, columns), Pa: pressure, and shear along x and y.
     shares
         (5,): share of an image in each running mean, in the slow centre, and in the energies.
-    threshold
-        Pressure from which a tactel touches, Pa.
-    pitch
-        Distance of two tactels, m.
+    layer
+        Pressure from which a tactel touches, Pa, distance of two tactels, m, and shear stiffness,
+        Pa/m.
     means
         (BANDS, 3, rows, columns), updated.
     slow
@@ -113,6 +124,7 @@ def slip_features(frame, shares, threshold, pitch, means, slow, values):
     values
         (FEATURES,), overwritten.
     """
+    threshold, pitch, stiffness = layer
     values[:] = 0.0
     for band in range(BANDS):
         means[band] += shares[band] * (frame - means[band])
@@ -143,6 +155,11 @@ def slip_features(frame, shares, threshold, pitch, means, slow, values):
     slow[3] += shares[4] * (moved / (pitch * pitch) - slow[3])
     values[13], values[14] = _scaled(sqrt(slow[2])), _scaled(sqrt(slow[3]))
     _shear_changes(means, sums, threshold, pitch, values)
+    if values[PRESSURE_FEATURES] > 0.0:
+        patterns = np.empty((BANDS, PATTERN_FEATURES))
+        for band in range(BANDS):
+            shear_pattern(means[band], means[2, 0], threshold, pitch, stiffness, patterns[band])
+        pattern_features(patterns, _SCALE, values[PRESSURE_FEATURES + CHANGE_FEATURES :])
 
 
 @njit(cache=True, error_model="numpy")

@@ -17,8 +17,9 @@ from ..bench import (
     new_chart,
     result_table,
 )
-from ..bench.chart_style import BLUE, GREEN, GREY, VERMILION, label_axes
+from ..bench.chart_style import BLUE, GREEN, GREY, ORANGE, VERMILION, label_axes
 from .grip_trials import LAG, LAWS, LOST_SLIDE, GripResult, draw_grip_trial, run_law
+from .slip_training import trained_score
 from .trial_arguments import TrialArguments, run_trials
 
 if TYPE_CHECKING:
@@ -30,7 +31,16 @@ if TYPE_CHECKING:
 
 BOUND = "all-knowing"
 """The law that the others are judged against."""
-_COLOURS = {"chapter": VERMILION, "pull + wrist": BLUE, "pull + lever": GREEN}
+DETECTOR, MAX_PRESSURE = "with a shear array", 20e3
+"""Detector of the alarms, and range of the pads, Pa."""
+TRAINING, QUICK_TRAINING = 60, 6
+"""Trials of each event that train the detector."""
+_COLOURS = {
+    "chapter": VERMILION,
+    "pull + wrist": BLUE,
+    "pull + lever": GREEN,
+    "pull + shear": ORANGE,
+}
 
 
 def experiment_grip(arguments: TrialArguments | None = None) -> int:
@@ -39,20 +49,23 @@ def experiment_grip(arguments: TrialArguments | None = None) -> int:
     Each object is grasped with 12 N on a table and lifted. Some laws estimate its friction on the
     way, by a small pull with eased grip. Then up to its weight is added within 10 to 60 ms, and the
     hand accelerates by up to 0.4 g. The laws: constant force; the chapter's, which decays and rises
-    by 25 % at slip; the pull with the load from a force sensor in the wrist, or from the shift of
-    the centre of pressure; and one that knows load and friction. Prints the share of objects kept
-    and the grip force over the least one. Writes grip.png and grip.csv. Runs 500 trials, or 10 with
-    --quick.
+    by 25 % at slip; the pull with the load from a force sensor in the wrist, from the shift of the
+    centre of pressure, or from a shear array; and one that knows load and friction. All alarms come
+    from a slip detector with a shear array, which is trained first on objects of other kinds.
+    Prints the share of objects kept and the grip force over the least one. Writes grip.png and
+    grip.csv. Runs 500 trials, or 10 with --quick.
     """
     return run_trials(GRIP, _measure, arguments)
 
 
 def _measure(plan: TrialPlan, sensor: SensorName = "good") -> ExperimentResult:
+    count = QUICK_TRAINING if plan.quick else TRAINING
+    trained = trained_score(DETECTOR, count, plan.seed, SENSORS[sensor], MAX_PRESSURE)
     results: dict[str, list[GripResult]] = {law: [] for law in LAWS}
     for seed in plan.seeds():
         trial = draw_grip_trial(seed)
         for law in LAWS:
-            results[law].append(run_law(law, trial, seed, SENSORS[sensor]))
+            results[law].append(run_law(law, trial, seed, SENSORS[sensor], trained))
     rows = [_row(law, results[law], results[BOUND]) for law in LAWS]
     table = result_table(
         rows,

@@ -2,24 +2,37 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from eyehand.data_synth.pad import IMAGE_RATE, HeldObject, HeldSimulation, SensorModel
-from eyehand.tactile import FrictionPull, GripLaw, GripReading, LoadGrip, SlipGrip
+from eyehand.tactile import (
+    FrictionPull,
+    GripLaw,
+    GripReading,
+    LoadGrip,
+    SlipDetector,
+    SlipGrip,
+    SlipScore,
+    SlipState,
+)
 
-from .slip_trials import GRAVITY
+from .slip_trials import GRAVITY, STRIDE
 
 LAWS = (
     "constant",
     "chapter",
     "pull + wrist",
     "pull + lever",
+    "pull + shear",
     "all-knowing",
 )
 """Grip laws of the table."""
+SENSELESS = ("constant", "all-knowing")
+"""Laws that read neither pad nor wrist."""
 FIRST_GRIP = 12.0
 """Grip force of the first grasp, of all laws, and for good of the constant one, N. It holds 0.75 kg
 at a friction of 0.3."""
@@ -31,18 +44,13 @@ LOST_SLIDE = 0.005
 """Slide after the lift from which an object counts as lost, m."""
 WRIST_NOISE = 0.1
 """Standard deviation of the force that the wrist measures in a cycle, N."""
-ALARM_SLIDE, ALARM_LATENCY = 1e-4, 0.01
-"""Slide of which the slip detector raises an alarm, m, and its latency, s: those that experiment
-slip measures. The alarm itself is computed from the true slide."""
 LEVER = 0.004
 """Height of the foam layer over which friction moves the centre of pressure, m."""
 GRIP_NOISE = 0.05
 """Standard deviation of the grip force that the actuator measures, N. The pad's own sum is no
 measure while the grip is eased: after a fall from 12 N, a hysteresis of 10 % still reads 1.2 N."""
-SHEAR_STIFFNESS = 3e6
-"""Shear stiffness per area of the layer of the 20 kPa pad, Pa/m."""
-CYCLE = 4
-"""Images per control cycle: 475 cycles a second."""
+CYCLE = STRIDE
+"""Images per control cycle, and per judgement of the slip detector: 475 a second."""
 ASSUMED_FRICTION = 0.3
 """Friction that counts where the pull found none."""
 REGRIP = 1.3
@@ -151,7 +159,7 @@ class _World:
         self._damping = 2 * _TABLE_DAMPING * np.sqrt(_TABLE_STIFFNESS * trial.held.mass)
         self._sag = trial.held.mass * GRAVITY / _TABLE_STIFFNESS
 
-    def cycle(self, since: float, speed: float) -> None:
+    def cycle(self, since: float, speed: float, on_image: Callable[[], None] | None) -> None:
         """Advance by one control cycle; `speed` is that of the hand, m/s."""
         dt = 1 / IMAGE_RATE
         for _ in range(CYCLE):
@@ -166,6 +174,8 @@ class _World:
             self.simulation.advance(self.grip, (force[0], force[1]))
             self.time += dt
             since += dt if since > 0 else 0.0
+            if on_image is not None:
+                on_image()
 
 
 def run_law(
@@ -173,6 +183,7 @@ def run_law(
     trial: GripTrial,
     seed: int,
     sensor: SensorModel,
+    trained: SlipScore,
     max_pressure: float = 20e3,
 ) -> GripResult:
     """Hold one object by one law.
@@ -185,12 +196,12 @@ def run_law(
         The object and its disturbances.
     seed
         Source of surface, electronics and noise.
-    sensor, max_pressure
-        Sensor model and range of the pads, Pa.
+    sensor, trained, max_pressure
+        Sensor model, trained slip detector and range of the pads, Pa.
     """
     world = _World(trial, sensor, max_pressure, seed)
     rng = np.random.default_rng((seed, 5))
-    senses = _Senses(world, law, rng)
+    senses = None if law in SENSELESS else _Senses(world, law, trained, rng)
     mu = trial.held.friction
     pulls = law.startswith("pull")
     pull = FrictionPull(FIRST_GRIP) if pulls else None
@@ -204,8 +215,9 @@ def run_law(
         since = world.time - ready - SETTLE_SECONDS
         lifting = PULL_START < world.time < ready
         raised = ready <= world.time < ready + LIFT_SECONDS
-        world.cycle(since, PULL_SPEED * lifting + LIFT_SPEED * raised)
-        reading = senses.read()
+        speed = PULL_SPEED * lifting + LIFT_SPEED * raised
+        world.cycle(since, speed, senses.image if senses else None)
+        reading = senses.read() if senses else _NOTHING
         if law == "all-knowing":
             world.command = _all_knowing(trial, since)
         elif control is not None:
@@ -244,46 +256,59 @@ def _all_knowing(trial: GripTrial, since: float) -> float:
 class _Senses:
     """What the pad and the wrist measure for one law."""
 
-    def __init__(self, world: _World, law: str, rng: np.random.Generator) -> None:
+    def __init__(
+        self, world: _World, law: str, trained: SlipScore, rng: np.random.Generator
+    ) -> None:
         self._world, self._law, self._rng = world, law, rng
-        self._alarmed_slide = 0.0
-        self._due: float | None = None
+        simulation = world.simulation
+        rows, columns = simulation.array.grid or (0, 0)
+        self._state = SlipState(
+            rows,
+            columns,
+            simulation.pitch,
+            simulation.noise_floor,
+            1 / IMAGE_RATE,
+            simulation.shear_stiffness,
+        )
+        self._detector = SlipDetector(trained)
+        self._pressures, self._shear = simulation.read()
+        self._features = self._state.update(self._pressures, self._shear)
         self._centre: NDArray[np.float64] | None = None
+
+    def image(self) -> None:
+        """Take an image."""
+        self._pressures, self._shear = self._world.simulation.read()
+        self._features = self._state.update(self._pressures, self._shear)
 
     def read(self) -> GripReading:
         """Return the reading of this cycle."""
-        world = self._world
-        if self._law in ("constant", "all-knowing"):
-            return GripReading(0.0, 0.0, slipping=False)
-        simulation = world.simulation
-        pressures, _ = simulation.read()
-        pressures = np.where(pressures > 4 * simulation.noise_floor, pressures, 0.0)
-        total = max(float(pressures.sum()), 1e-9)
+        world, simulation = self._world, self._world.simulation
         normal = world.grip + GRIP_NOISE * float(self._rng.standard_normal())
-        centre = pressures @ simulation.array.positions[:, :2] / total
-        if self._centre is None or world.time < PULL_START:
-            self._centre = centre
+        area = simulation.pitch**2
         if self._law == "pull + lever":
-            shift = float(np.linalg.norm(centre - self._centre))
-            # The layer turns by its height, and the face itself moves as the layer bends.
-            pad = total * simulation.pitch**2
-            area = total**2 / max(float(pressures @ pressures), 1e-9) * simulation.pitch**2
-            tangential = shift / (LEVER / pad + 1.0 / (SHEAR_STIFFNESS * area))
+            tangential = self._lever_load(area)
+        elif self._law == "pull + shear":
+            touching = self._pressures > 4 * simulation.noise_floor
+            tangential = area * float(np.linalg.norm(self._shear[touching].sum(axis=0)))
         else:
             # The wrist bears both pads, and the weight of the object alone.
             force = 2 * simulation.friction_force + WRIST_NOISE * self._rng.standard_normal(2)
             tangential = 0.5 * float(np.linalg.norm(force))
-        return GripReading(normal, tangential, slipping=self._alarm())
+        return GripReading(normal, tangential, slipping=self._detector.update(self._features))
 
-    def _alarm(self) -> bool:
-        """Return whether the slip detector raises an alarm now.
+    def _lever_load(self, area: float) -> float:
+        """Return the tangential force, N, that the shift of the centre of pressure shows."""
+        simulation = self._world.simulation
+        pressures = self._pressures
+        pressures = np.where(pressures > 4 * simulation.noise_floor, pressures, 0.0)
+        total = max(float(pressures.sum()), 1e-9)
+        centre = pressures @ simulation.array.positions[:, :2] / total
+        if self._centre is None or self._world.time < PULL_START:
+            self._centre = centre
+        shift = float(np.linalg.norm(centre - self._centre))
+        # The layer turns by its height, and the face itself moves as the layer bends.
+        face = total**2 / max(float(pressures @ pressures), 1e-9) * area
+        return shift / (LEVER / (total * area) + 1.0 / (simulation.shear_stiffness * face))
 
-        Its alarm comes `ALARM_LATENCY` after each further `ALARM_SLIDE` of true slide.
-        """
-        world = self._world
-        if self._due is None and world.simulation.slide - self._alarmed_slide > ALARM_SLIDE:
-            self._due = world.time + ALARM_LATENCY
-        if self._due is None or world.time < self._due:
-            return False
-        self._due, self._alarmed_slide = None, world.simulation.slide
-        return True
+
+_NOTHING = GripReading(0.0, 0.0, slipping=False)

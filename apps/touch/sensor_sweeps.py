@@ -56,6 +56,8 @@ IMPERFECTIONS = {
 }  # fmt: skip
 """Field of `SensorModel` → axis, unit, factor to SI, values, and the value up to which contacts
 must hold."""
+SENSOR_SECONDS = 6.0
+"""Time limit of these contacts, s. With a slow sensor they settle, or end, within it."""
 OFFSET = 0.008
 """Distance of the box from the middle of the pad, m."""
 DEAD_ROWS = (0.0, 1.0, 2.0, 3.0, 4.0, 6.0, 8.0)
@@ -71,7 +73,8 @@ def _imperfection_sweep(name: str) -> Sweep[None]:
               right=f"{CALM_CONTACT} on a pen")  # fmt: skip
     def attempt(value: float, seed: int, method: None) -> Trial:
         electronics = Electronics(seed, SensorModel(**{name: factor * value}))
-        return hold_contact(CarriedPad((pen(),), electronics), commissioned_phases(electronics))
+        pad = CarriedPad((pen(),), electronics)
+        return hold_contact(pad, commissioned_phases(electronics), SENSOR_SECONDS)
 
     return attempt
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from eyehand.tactile import PRESSURE_FEATURES
+from eyehand.tactile import PRESSURE_FEATURES, with_past
 
 from .slip_network import train_network
 
@@ -20,14 +20,14 @@ if TYPE_CHECKING:
 
 SLIP_SLIDE = 1e-4
 """True slide from which a trial counts as slip, m."""
+LONG_SLIDE = 5e-4
+"""True slide of a slip that does not end by itself at once, m."""
 FIRST_SLIDE = 1e-5
 """True slide from which an alarm is no longer early, m."""
 EARLY, LATE = 0.01, 0.05
 """Time before the first slide, and after `SLIP_SLIDE`, within which an alarm counts, s."""
 FALSE_SHARE = 0.01
 """Share of the trials without slip in which an alarm is allowed."""
-_LAGS = (0, 2, 6, 12)
-"""Earlier judgements whose features the network also sees: 4, 13 and 25 ms ago."""
 _RECENT, _CALM_SLIDE, _RECENT_SLIDE = 7, 2e-5, 5e-5
 """A judgement is one of slip if the face has slid the second distance, m, within so many
 judgements, and one of no slip below the first one. Those in between are not trained on."""
@@ -35,7 +35,7 @@ _LAST_SLIDE = 1.5e-3
 """Slide up to which a judgement is trained on, m: later ones come too late."""
 _EVERY = 4
 """One of so many judgements without slip is trained on."""
-_DECAY, _ITERATIONS = 1e-3, 200
+_DECAY, _ITERATIONS = 3e-3, 200
 _SPECTRUM_FLOOR = 1e-4
 """Amplitude below which the spectrum is noise, as a share of the pressure."""
 
@@ -45,11 +45,11 @@ def _fourier(trial: SlipTrial) -> NDArray[np.float64]:
 
 
 def _pressure(trial: SlipTrial) -> NDArray[np.float64]:
-    return _with_past(trial.features[:, :PRESSURE_FEATURES])
+    return with_past(trial.features[:, :PRESSURE_FEATURES])
 
 
 def _pressure_and_shear(trial: SlipTrial) -> NDArray[np.float64]:
-    return _with_past(trial.features)
+    return with_past(trial.features)
 
 
 DETECTORS: dict[str, Callable[[SlipTrial], NDArray[np.float64]]] = {
@@ -76,8 +76,8 @@ class Alarms:
 
 def train_detector(
     name: str, trials: Sequence[SlipTrial], seed: int
-) -> Callable[[SlipTrial], NDArray[np.float64]]:
-    """Train a detector, and return the function from a trial to its scores, (T,)."""
+) -> Callable[[NDArray[np.float64]], NDArray[np.float64]]:
+    """Train a detector, and return the function from its features (M, K) to scores, (M,)."""
     features = DETECTORS[name]
     values, labels = [], []
     for trial in trials:
@@ -98,11 +98,20 @@ def train_detector(
         iterations=_ITERATIONS,
     )
 
-    def score(trial: SlipTrial) -> NDArray[np.float64]:
-        outputs = network(features(trial))
+    def score(given: NDArray[np.float64]) -> NDArray[np.float64]:
+        outputs = network(given)
         return outputs[:, 1] - outputs[:, 0]
 
     return score
+
+
+def score_trials(
+    name: str,
+    score: Callable[[NDArray[np.float64]], NDArray[np.float64]],
+    trials: Sequence[SlipTrial],
+) -> list[NDArray[np.float64]]:
+    """Return the scores (T,) of each trial by a trained detector."""
+    return [score(DETECTORS[name](trial)) for trial in trials]
 
 
 def has_slip(trial: SlipTrial) -> bool:
@@ -141,12 +150,14 @@ def judge_alarms(
 def detection_row(trials: Sequence[SlipTrial], alarms: Alarms) -> dict[str, Any]:
     """Return rates (%), latencies (ms) and slides (mm) as one row; None where there is none."""
     slips = np.array([has_slip(trial) for trial in trials])
+    long = np.array([trial.slide[-1] > LONG_SLIDE for trial in trials])
     knocks = ~slips & np.array([trial.event in ("knock", "acceleration") for trial in trials])
     times, slides = 1e3 * alarms.latency, 1e3 * alarms.slide
     return {
         "slips": int(slips.sum()),
         "calm": int((~slips).sum()),
         "detected_pct": _percentage(alarms.detected[slips]),
+        "long_detected_pct": _percentage(alarms.detected[long]),
         "false_pct": _percentage(alarms.alarmed[~slips]),
         "knocks": int(knocks.sum()),
         "false_knocks_pct": _percentage(alarms.alarmed[knocks]),
@@ -159,9 +170,3 @@ def detection_row(trials: Sequence[SlipTrial], alarms: Alarms) -> dict[str, Any]
 
 def _percentage(flags: NDArray[np.bool_]) -> float | None:
     return 100 * float(flags.mean()) if len(flags) else None
-
-
-def _with_past(features: NDArray[np.float32]) -> NDArray[np.float64]:
-    """Append the features of earlier judgements, (T, K) to (T, K len(_LAGS))."""
-    rows = np.arange(len(features))
-    return np.hstack([features[np.maximum(rows - lag, 0)] for lag in _LAGS]).astype(float)

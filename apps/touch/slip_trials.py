@@ -129,7 +129,14 @@ def _run(
         seed=seed,
     )
     rows, columns = simulation.array.grid or (0, 0)
-    state = SlipState(rows, columns, simulation.pitch, simulation.noise_floor, 1 / IMAGE_RATE)
+    state = SlipState(
+        rows,
+        columns,
+        simulation.pitch,
+        simulation.noise_floor,
+        1 / IMAGE_RATE,
+        simulation.shear_stiffness,
+    )
     weight = grasp.held.mass * GRAVITY * grasp.direction
     window = np.zeros((WINDOW, rows * columns))
     settled, count = 0.0, int(SECONDS * IMAGE_RATE)

@@ -253,6 +253,15 @@ class SimRobot:
         """Names of the objects in the world."""
         return self._world.object_names
 
+    def mass(self, name: str) -> float:
+        """Return the mass of an object, kg."""
+        return float(self._model.body_mass[self._model.body(self._checked_name(name)).id])
+
+    def set_load(self, name: str, force: float) -> None:
+        """Pull an object down with a force, N, until the next call; 0 ends it."""
+        body = self._model.body(self._checked_name(name)).id
+        self._data.xfrc_applied[body] = (0.0, 0.0, -force, 0.0, 0.0, 0.0)
+
     def take_contacts(self) -> set[str]:
         """Return the names of what the robot touched since the last call, and clear the record.
 

@@ -14,7 +14,7 @@ from eyehand.tactile import Calibration, TactileArray, calibrate
 
 from .calibration_bench import run_bench
 from .foam import Foam, pressure_table
-from .foam_column import CELLS_PER_TACTEL
+from .foam_column import CELLS_PER_TACTEL, SHEAR_STIFFNESS
 from .held_kernels import (
     ANGLE,
     DEPTH,
@@ -191,6 +191,11 @@ class HeldSimulation:
         self._motion[Y] = place[1] + sine * held.centre_x + cosine * held.centre_y
         self._motion[ANGLE] = angle
         self._press_in(foam.thickness)
+
+    @property
+    def shear_stiffness(self) -> float:
+        """Shear stiffness of the foam layer, Pa/m."""
+        return float(self._bed[SHEAR_STIFFNESS])
 
     @property
     def slide(self) -> float:

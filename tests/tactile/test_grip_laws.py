@@ -53,6 +53,19 @@ def test_pull_that_never_slides_ends_at_the_least_grip():
     assert pull.friction is None or pull.friction <= 3.0
 
 
+def test_estimate_that_is_too_low_restarts_the_pull_once():
+    pull, grips = FrictionPull(5.0), [5.0]
+    for _ in range(600):
+        # An object that slides from the start at a ratio that no pad has.
+        grips.append(pull.update(grips[-1], 0.1 * grips[-1], DT))
+        if pull.done:
+            break
+    assert pull.done
+    assert pull.friction is None
+    restarts = [k for k in range(1, len(grips)) if grips[k] == 5.0 and grips[k - 1] < 5.0]
+    assert len(restarts) == 1
+
+
 def held(law, loads) -> list[float]:
     return [law.update(GripReading(5.0, load, slipping=False), DT) for load in loads]
 

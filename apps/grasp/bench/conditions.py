@@ -15,7 +15,7 @@ from .jobs import Condition, Family
 FAMILIES: tuple[Family, ...] = get_args(Family)
 HARD_FRICTION, HARD_SHAKE_S = 0.6, 2.0
 """Conditions of the hard row of the default table: waxed wood, and a fast robot."""
-MAX_FRICTION, MAX_SHAKE_S = 3.0, 60.0
+MAX_FRICTION, MAX_SHAKE_S, MAX_LOAD_STEP = 3.0, 60.0, 10.0
 """Maximum values. Beyond them, hands do not differ."""
 SOURCE_SUFFIXES = (".py", ".xml", ".json")
 SOURCE_FOLDERS = (
@@ -40,6 +40,7 @@ def requested_conditions(
     families: Sequence[Family],
     frictions: Sequence[float],
     shakes: Sequence[float],
+    load_steps: Sequence[float],
     dials: tuple[str, str],
     *,
     camera: bool,
@@ -57,11 +58,18 @@ def requested_conditions(
             raise InputError(f"--family {family}: unknown, expected {', '.join(FAMILIES)}")
     for friction, shake in product(frictions, shakes):
         check_condition(friction, shake)
+    for step in load_steps:
+        if not 1 <= step <= MAX_LOAD_STEP:
+            raise InputError(f"--load-step must lie in [1, {MAX_LOAD_STEP:g}], got {step}")
     wanted: list[Family] = [family for family in FAMILIES if family in families]
     return [
-        Condition(family, friction, shake, pose, *dials)
-        for family, friction, shake, pose in product(
-            wanted, dict.fromkeys(frictions), dict.fromkeys(shakes), _poses(camera, known)
+        Condition(family, friction, shake, pose, *dials, load_step=step)
+        for family, friction, shake, step, pose in product(
+            wanted,
+            dict.fromkeys(frictions),
+            dict.fromkeys(shakes),
+            dict.fromkeys(load_steps),
+            _poses(camera, known),
         )
     ]
 

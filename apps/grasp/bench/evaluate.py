@@ -45,6 +45,7 @@ def evaluate_grasp(
     family: Annotated[list[Family] | None, Repeated] = None,
     friction: Annotated[list[float] | None, Repeated] = None,
     shake: Annotated[list[float] | None, Repeated] = None,
+    load_step: Annotated[list[float] | None, Repeated] = None,
     known: bool = True,
     camera: bool = True,
     count: int = 5,
@@ -70,10 +71,10 @@ def evaluate_grasp(
 
     By default, the rows are single, packed and piled objects, each also with known poses, and
     packed objects with friction 0.6 and a 2 s shake. With --family, --friction, --shake,
-    --perception or --control, the rows are all combinations of the values. A scene ends when it is
-    clear, after two successive failures, or when the robot stops because of a fault or an ambiguous
-    scene. Finished scenes are stored: the same command continues a stopped run. Writes
-    rows/*.parquet, evaluate.png, evaluate.csv and report.html.
+    --load-step, --perception or --control, the rows are all combinations of the values. A scene
+    ends when it is clear, after two successive failures, or when the robot stops because of a fault
+    or an ambiguous scene. Finished scenes are stored: the same command continues a stopped run.
+    Writes rows/*.parquet, evaluate.png, evaluate.csv and report.html.
 
     Parameters
     ----------
@@ -87,6 +88,8 @@ def evaluate_grasp(
         Coulomb friction coefficients of the hand's pads, combined with each family.
     shake
         Durations of the shake after each lift, s, combined with family and friction.
+    load_step
+        Loads on the lifted object while the hand checks and shakes it, as multiples of its weight.
     known
         Run each row with known poses too, except the default row with a shake.
     camera
@@ -152,11 +155,17 @@ def evaluate_grasp(
     machines = checked_machines(jobs, cluster)
     dials = checked_dials(perception, control)
     extras = trial_extras(purpose, objects, robot)
-    if (family, friction, shake) == (None, None, None) and dials == ("default", "default"):
+    if (family, friction, shake, load_step) == (None,) * 4 and dials == ("default", "default"):
         conditions = default_conditions(camera=camera, known=known)
     else:
         conditions = requested_conditions(
-            family or FAMILIES, friction or [1.0], shake or [0.0], dials, camera=camera, known=known
+            family or FAMILIES,
+            friction or [1.0],
+            shake or [0.0],
+            load_step or [1.0],
+            dials,
+            camera=camera,
+            known=known,
         )
     conditions = with_objects(conditions, objects, split, density)
     check_objects_fit(objects, conditions, seeds, count)

@@ -59,6 +59,8 @@ class Condition:
     """Half of the objects of a folder that are drawn: all, development, held-out."""
     density: float = 0.0
     """Density of the objects of a folder, kg/m³; 0 for the masses of their files."""
+    load_step: float = 1.0
+    """Load on the lifted object while the hand checks it, as a multiple of its weight."""
 
     @property
     def name(self) -> str:
@@ -66,6 +68,7 @@ class Condition:
         words = [f"{self.family}, known" if self.known else self.family]
         words += [f"friction {self.friction:g}"] if self.friction != 1.0 else []
         words += [f"shake {self.shake:g} s"] if self.shake else []
+        words += [f"load {self.load_step:g} weights"] if self.load_step != 1.0 else []
         words += [f"{self.perception} perception"] if self.perception != "default" else []
         words += [f"{self.control} control"] if self.control != "default" else []
         words += [f"{self.split} objects"] if self.split != "all" else []

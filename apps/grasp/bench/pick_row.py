@@ -52,3 +52,9 @@ class PickRow:
     """Score of the grasp."""
     hold: float | None = None
     """Probability that the grasp holds by contact mechanics; None for a gripper with jaws."""
+    lifted: bool = False
+    """Whether the hand alone held the object after the lift."""
+    kept: bool = False
+    """Whether a lifted object left the hand nowhere but where it was released."""
+    squeeze: float | None = None
+    """Force on the pads after the lift, over the least one that holds the load by friction."""

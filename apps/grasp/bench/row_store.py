@@ -37,6 +37,7 @@ TRIAL_COLUMNS = {
     "objects": _COUNT,
     "friction": _NUMBER,
     "shake": _NUMBER,
+    "load_step": _NUMBER,
     "known": _FLAG,
     "purpose": _TEXT,
     "perception": _TEXT,
@@ -72,6 +73,9 @@ PICK_COLUMNS = {
     "displacement": _NUMBER,
     "score": _NUMBER,
     "hold": _NUMBER,
+    "lifted": _FLAG,
+    "kept": _FLAG,
+    "squeeze": _NUMBER,
 }
 """Columns of a pick's row."""
 SCENE_COLUMNS = {

@@ -30,6 +30,7 @@ NO_PROTOTYPE = (None, "", "None")
 DEMO_CONDITIONS = {
     "friction": 1.0,
     "shake": 0.0,
+    "load_step": 1.0,
     "perception": "default",
     "control": "default",
     "split": "all",
@@ -75,6 +76,8 @@ def summary_rows(
         a grasp, summed over picks; `pushing_picks`: picks that were allowed to push neighbours
         aside; `touched_pushing`: neighbours that these touched; `displacement_mm`: median
         motion of the object from its first contact to the hold, with the 90th percentile;
+        `lifted`: objects that the hand alone held after the lift; `kept_pct`: share of these that
+        it did not lose; `squeeze`: median force on them over the least one that holds by friction;
         `hold_brier` and `score_brier`: Brier scores of the predicted hold and of the grasp's score;
         `too_wide`: number of objects by name that are wider than the gripper opens;
         `holdable_pct` and `holdable_cleared_pct`: both rates without these. None without data.
@@ -154,7 +157,8 @@ def rerun_command(record: Record) -> str:
         )
     words = ["eyehand evaluate grasp", "--scenes 1", f"--seed {record['seed']}"]
     words.append(f"--family {record['family']}")
-    words += [f"--{name} {_value_text(record[name])}" for name in _differing(record)]
+    options = {name: name.replace("_", "-") for name in _differing(record)}
+    words += [f"--{option} {_value_text(record[name])}" for name, option in options.items()]
     words += [] if record["purpose"] in (None, "lift") else [f"--purpose {record['purpose']}"]
     words.append("--no-camera" if record["known"] else "--no-known")
     if record["family"] != "single":
@@ -186,6 +190,7 @@ def _summary(name: str, records: Sequence[Record]) -> dict[str, Any]:
         "name": name,
         **{key: first[key] for key in ("family", "friction", "known", "perception", "control")},
         "shake_s": first["shake"],
+        "load_step": first["load_step"],
         "scenes": len(scenes),
         "faults": sum(scene["outcome"] == FAULT for scene in scenes),
         "attempts": sum(bool(pick["tried"]) for pick in picks),
@@ -203,6 +208,7 @@ def _summary(name: str, records: Sequence[Record]) -> dict[str, Any]:
         "pushing_picks": sum(bool(pick["pushed"]) for pick in picks),
         "touched_pushing": sum(pick["touched_pushing"] or 0 for pick in picks),
         **_displacements(picks),
+        **_held(picks),
         "hold_brier": _brier(picks, "hold"),
         "score_brier": _brier(picks, "score"),
         "outcomes": dict(Counter(true_outcome(pick) for pick in picks).most_common()),
@@ -237,6 +243,19 @@ def _displacements(picks: Sequence[Record]) -> dict[str, float | None]:
     metres = _figures(picks, "displacement")
     median, p90 = 1e3 * np.percentile(metres, [50, 90]) if metres else (None, None)
     return {"displacement_mm": _rounded(median), "displacement_p90_mm": _rounded(p90)}
+
+
+def _held(picks: Sequence[Record]) -> dict[str, Any]:
+    """Return how many lifted objects were kept, and how hard the hand squeezed them."""
+    lifted = [pick for pick in picks if pick.get("lifted")]
+    kept = sum(bool(pick["kept"]) for pick in lifted)
+    squeezes = _figures(lifted, "squeeze")
+    return {
+        "lifted": len(lifted),
+        "kept": kept,
+        **_rate("kept_", kept, len(lifted)),
+        "squeeze": _rounded(float(np.median(squeezes)), 2) if squeezes else None,
+    }
 
 
 def _brier(picks: Sequence[Record], column: str) -> float | None:

@@ -19,7 +19,8 @@ CAPTION = (
     "with 95 % Wilson intervals. perceive, plan: medians per pick; s/pick: mean simulated time; "
     "touched: contacts with table or neighbours by mistake before a grasp; pushed: neighbours "
     "touched / grasps that may push them aside, the last resort; moved: 90th percentile of the "
-    "object's motion from its first contact to the hold"
+    "object's motion from its first contact to the hold; kept: share of the lifted objects that "
+    "the hand did not lose; squeeze: median force on them over the least one by friction"
 )
 
 
@@ -64,6 +65,8 @@ def table_cells(row: Mapping[str, Any]) -> list[str]:
         f"{row['touched_before']}",
         f"{row['touched_pushing']}/{row['pushing_picks']}" if row["pushing_picks"] else NO_VALUE,
         _text(row["displacement_p90_mm"], 1, "mm"),
+        NO_VALUE if row["kept_pct"] is None else f"{row['kept_pct']:.1f} % of {row['lifted']}",
+        NO_VALUE if row["squeeze"] is None else f"{row['squeeze']:.1f}",
     ]
 
 
@@ -78,6 +81,8 @@ COLUMNS = (
     "touched",
     "pushed",
     "moved",
+    "kept",
+    "squeeze",
 )
 """Columns after the name of the condition."""
 

@@ -34,6 +34,7 @@ from ..scenes import GraspFamily, grasp_scene
 from ..true_solids import distances, true_solids
 from .dials import DEFAULT, control_dial, perception_dial
 from .displacement import Displacement
+from .held_load import HeldLoad
 from .pick_row import PickRow
 from .predicted_hold import predicted_hold
 from .too_wide import too_wide_objects
@@ -61,6 +62,8 @@ class GraspTrial:
     """Coulomb friction coefficient of the hand's pads."""
     shake: float = 0.0
     """Duration of the shake after each lift, s."""
+    load_step: float = 1.0
+    """Load on the lifted object while the hand checks it, as a multiple of its weight."""
     known: bool = False
     """Whether the true solids replace perception."""
     purpose: GraspPurpose = "lift"
@@ -122,7 +125,7 @@ def run_trial(
     """
     began = time.process_time()
     cell, robot = make_cell(trial, on_cycle)
-    scorer = Scorer(cell, robot)
+    scorer = Scorer(cell, robot, trial.load_step, trial.friction)
     report = clear_table(cell, GraspOptions(purpose=trial.purpose), ClearOptions(), scorer.on_pick)
     return scorer.result(trial, report, time.process_time() - began)
 
@@ -214,9 +217,15 @@ class Scorer:
     ----------
     cell, robot
         The cell and its simulated robot. An existing `on_cycle` callback of the cell is kept.
+    load_step
+        Load on the lifted object during its check, as a multiple of its weight.
+    friction
+        Sliding friction of the hand's pads.
     """
 
-    def __init__(self, cell: Cell, robot: SimRobot) -> None:
+    def __init__(
+        self, cell: Cell, robot: SimRobot, load_step: float = 1.0, friction: float = 1.0
+    ) -> None:
         self._cell = cell
         self._robot = robot
         self._on_cycle = cell.on_cycle
@@ -227,6 +236,8 @@ class Scorer:
         self._touched: set[str] = set()
         self._grasping = False
         self._moved = Displacement(robot, "")
+        self._load_step, self._friction = load_step, friction
+        self._held = HeldLoad(robot, "", load_step, friction)
 
     def on_pick(self, choice: SelectedGrasp, report: PickReport | None) -> None:
         """Record a pick: before it, with None, and after it, with its report."""
@@ -236,11 +247,15 @@ class Scorer:
             self._robot.take_contacts()
             self._touched, self._grasping = set(), False
             self._moved = Displacement(self._robot, self._target)
+            self._held = HeldLoad(self._robot, self._target, self._load_step, self._friction)
             return
         plan = report.plan
         touched = self._touched - {self._target}
         # A pushing grasp may touch neighbours, but never the table or the tray.
         intended = touched.intersection(self._robot.object_names) if plan.may_push else set()
+        # Without a target, every object was in the tray already: nothing was picked.
+        success = bool(report and self._target) and self._robot.is_in_tray(self._target)
+        missing = report.outcome in ("slipped", "lost") or (bool(report) and not success)
         self._rows.append(
             PickRow(
                 pick=len(self._rows),
@@ -251,8 +266,7 @@ class Scorer:
                 rows=plan.rows,
                 outcome=report.outcome,
                 reason=report.reason,
-                # Without a target, every object was in the tray already: nothing was picked.
-                success=bool(report and self._target) and self._robot.is_in_tray(self._target),
+                success=success,
                 perceive_ms=report.perceive_ms,
                 plan_ms=report.plan_ms,
                 seconds=report.seconds,
@@ -265,6 +279,9 @@ class Scorer:
                 displacement=self._moved.metres,
                 score=plan.score.total,
                 hold=predicted_hold(choice, self._robot.hand),
+                lifted=self._held.lifted,
+                kept=self._held.lifted and not missing,
+                squeeze=self._held.squeeze,
             )
         )
 
@@ -298,6 +315,7 @@ class Scorer:
         return too_wide_objects(self._robot.world.objects, hand.stroke)
 
     def _note_cycle(self, cycle: CycleInfo) -> None:
+        self._held.update(cycle)
         if not self._grasping or self._moved.active:
             touched = self._robot.take_contacts()
             self._moved.update(cycle.phase, touched)

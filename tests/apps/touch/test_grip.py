@@ -7,6 +7,10 @@ import pytest
 
 from eyehand.apps.touch.grip_trials import GRAVITY, LAWS, draw_grip_trial, run_law
 from eyehand.data_synth.pad import SENSORS
+from eyehand.tactile import SlipScore
+
+NEVER = SlipScore(lambda features: np.zeros(len(features)), 1.0)
+ALWAYS = SlipScore(lambda features: np.ones(len(features)), 0.5)
 
 
 def test_trial_loads_the_object_by_its_weight_at_first():
@@ -17,21 +21,32 @@ def test_trial_loads_the_object_by_its_weight_at_first():
 
 
 def test_constant_grip_holds_what_it_was_drawn_for():
-    result = run_law("constant", draw_grip_trial(1), 1, SENSORS["good"])
+    result = run_law("constant", draw_grip_trial(1), 1, SENSORS["good"], NEVER)
     assert not result.lost
     assert result.friction is None
     assert result.force_ratio > 2.0
 
 
-def test_pull_with_a_wrist_finds_friction_and_holds_with_little_force():
-    result = run_law("pull + wrist", draw_grip_trial(1), 1, SENSORS["real"])
+@pytest.mark.parametrize("law", ["pull + wrist", "pull + shear"])
+def test_pull_finds_friction_and_holds_with_little_force(law):
+    result = run_law(law, draw_grip_trial(1), 1, SENSORS["real"], NEVER)
     assert not result.lost
     assert result.friction == pytest.approx(1.0, abs=0.25)
     assert result.force_ratio < 2.0
 
 
+def test_alarms_of_the_detector_raise_the_grip():
+    trial = draw_grip_trial(1)
+    calm, alarmed = (
+        run_law("chapter", trial, 1, SENSORS["good"], score) for score in (NEVER, ALWAYS)
+    )
+    assert alarmed.force_ratio > 3 * calm.force_ratio
+
+
 def test_command_judges_all_laws(tmp_path, run_experiment):
-    code, out, _ = run_experiment("grip", "--trials", 1, "--json", "--out", tmp_path / "out")
+    code, out, _ = run_experiment(
+        "grip", "--quick", "--trials", 1, "--json", "--out", tmp_path / "out"
+    )
     assert code == 0
     rows = json.loads(out)["rows"]
     assert tuple(row["name"] for row in rows) == LAWS

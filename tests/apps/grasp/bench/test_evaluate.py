@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 import shlex
+from typing import Any
 
 import cv2
 import pytest
@@ -318,7 +319,7 @@ def test_timing_note_names_number_of_processes(run, tmp_path):
 
 def test_requested_conditions_are_all_combinations_once():
     rows = requested_conditions(
-        ["pile", "single"], [1.0, 0.6, 1.0], [0, 2], ("fast", "slow"), camera=True, known=False
+        ["pile", "single"], [1, 0.6, 1], [0, 2], [1.5], ("fast", "slow"), camera=True, known=False
     )
     assert len(rows) == len(set(rows)) == 8
     assert {row.family for row in rows} == {"single", "pile"}
@@ -393,8 +394,8 @@ def test_intended_contacts_are_summed_separately(made_up):
     second.update(touched_before=0, pushed=True, touched_pushing=2)
     pile, single = summary_rows(rows)
     assert (pile["touched_before"], pile["touched_pushing"], pile["pushing_picks"]) == (1, 2, 1)
-    assert table_cells(pile)[-3:] == ["1", "2/1", "-"]
-    assert table_cells(single)[-3:] == ["0", "-", "-"]
+    assert table_cells(pile)[-5:-2] == ["1", "2/1", "-"]
+    assert table_cells(single)[-5:-2] == ["0", "-", "-"]
 
 
 def test_rerun_command_is_demo_for_demo_conditions(made_up):
@@ -427,6 +428,15 @@ def test_source_digest_follows_source_folders(tmp_path, monkeypatch):
     assert source_digest() != before
 
 
+@pytest.mark.parametrize("step", [0.5, float("nan"), 11.0])
+def test_load_step_out_of_range_is_refused(step):
+    dials = ("default", "default")
+    with pytest.raises(InputError, match="--load-step must lie in"):
+        requested_conditions(["single"], [1.0], [0.0], [step], dials, camera=True, known=True)
+
+
 def test_unknown_family_is_refused():
+    heap: Any = ["heap"]
+    dials = ("default", "default")
     with pytest.raises(InputError, match="heap"):
-        requested_conditions(["heap"], [1.0], [0.0], ("default",) * 2, camera=True, known=True)  # pyright: ignore[reportArgumentType] - the wrong name is the test
+        requested_conditions(heap, [1.0], [0.0], [1.0], dials, camera=True, known=True)
