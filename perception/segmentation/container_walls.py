@@ -90,6 +90,7 @@ def measure_sides(
     heights: NDArray[np.float64],
     floor: float,
     level: float | None = None,
+    visible: NDArray[np.float64] | None = None,
 ) -> list[Side]:
     """Measure the walls along the sides of a polygon.
 
@@ -106,6 +107,9 @@ def measure_sides(
     level
         Height of the rim above the reference plane, m, if it is known. Readings above it belong to
         the contents.
+    visible
+        First and last place (K, 2) of each side within the image, as shares of its length. Only
+        these places are measured. By default all of them are.
 
     Returns
     -------
@@ -116,9 +120,13 @@ def measure_sides(
     lowest, highest = floor, np.inf
     if level is not None:
         lowest, highest = level - 2 * LEVEL_BAND, level + TOP_TOLERANCE
+    if visible is None:
+        visible = np.tile([0.0, 1.0], (len(corners), 1))
     sides = []
-    for start, end in zip(corners, np.roll(corners, -1, axis=0), strict=True):
-        sides.append(_measure_side(start, end, plan, heights, (floor, lowest, highest)))
+    ends = np.roll(corners, -1, axis=0)
+    for start, end, (first, last) in zip(corners, ends, visible, strict=True):
+        part = start + first * (end - start), start + last * (end - start)
+        sides.append(_measure_side(*part, plan, heights, (floor, lowest, highest)))
     seen = [side for side in sides if side.seen]
     if not seen:
         rising = (heights > floor + MIN_RIM) & (heights <= highest)

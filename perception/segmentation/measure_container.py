@@ -27,6 +27,8 @@ MIN_FLOOR = 0.004
 """Minimum visible area of a floor, m². Less may be the flat top of something in a heap."""
 FLOOR_OPENING = 5
 """Side of the window that a visible part of a floor fills, px of the measured image."""
+SIDE_SAMPLES = 65
+"""Places along a side that are looked up in the image."""
 MIN_BAND = 0.003
 """Minimum half width of the band around a floor or a wall, m."""
 
@@ -89,7 +91,8 @@ def measure_container(
     inside = inside_polygon(readings.plan, corners, REACH / 2)
     inside &= readings.within.ravel()[readings.pixels] > 0
     floor, tolerance, seen = _find_floor(readings, inside, plane)
-    sides = measure_sides(corners, readings.plan, readings.heights, floor, level)
+    visible = None if level is None else _visible_parts(place.ring, image)
+    sides = measure_sides(corners, readings.plan, readings.heights, floor, level, visible)
     floor_plane = SupportPlane(plane.normal, plane.offset - floor, tolerance)
     tops = np.array([side.top for side in sides]) - floor
     walls = _walls(sides, floor_plane, axes, floor)
@@ -100,6 +103,23 @@ def measure_container(
     hull = outer.astype(np.float32)
     support = Support(floor_plane, hull, axes, depth, area, foot_margin=0.0)
     return FoundContainer(container, _side_table(sides, floor), support, window)
+
+
+def _visible_parts(ring: NDArray[np.float64], image: WorkingImage) -> NDArray[np.float64]:
+    """Return the first and last place (K, 2) of each side of a ring (K, 3) within the image.
+
+    They are shares of the length of the side, 0 and 0 where it is outside the image.
+    """
+    shares = np.linspace(0.0, 1.0, SIDE_SAMPLES)
+    ends = np.roll(ring, -1, axis=0)
+    pixels = image.intrinsics.project(ring[:, None] + shares[:, None] * (ends - ring)[:, None])
+    size = np.array(image.depth.shape[::-1])
+    inside = np.all((pixels > 0) & (pixels < size), axis=-1)
+    parts = np.zeros((len(ring), 2))
+    for part, seen in zip(parts, inside, strict=True):
+        if seen.any():
+            part[:] = shares[np.flatnonzero(seen)[[0, -1]]]
+    return parts
 
 
 def _side_table(sides: list[Side], floor: float) -> NDArray[np.float64]:

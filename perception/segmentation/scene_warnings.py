@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from .connected_parts import connected_parts
 from .container import Container
 from .result import SupportPlane
+from .select_supports import MIN_FIRST_AREA
 from .support_extent import Support
 
 WarningKind = Literal[
@@ -31,8 +32,8 @@ WarningKind = Literal[
 """The kind of a warning.
 
 - no_support: there is no support plane, so that every smooth solid counts as an object.
-- support_doubtful: another plane has nearly the evidence of the support; `SceneWarning.plane` holds
-  it.
+- support_doubtful: another plane has nearly the evidence of the support, or may be a small table
+  high above it; `SceneWarning.plane` holds it.
 - below_support: readings lie below the support within its outline.
 - support_hidden: no part of the first support is visible. It is a plane below all readings.
 - support_unseen: much of the image is in front of the supports and out of their reach. It stands on
@@ -140,7 +141,11 @@ def _support_warnings(support: Support, containers: tuple[Container, ...]) -> li
         for one in containers
     )
     other = support.runner_up
-    if other is not None and not enclosed and other.score >= MIN_RUNNER_UP * support.score:
+    # A plane that is too small for a support was named because it lies high above it.
+    rival = other is not None and (
+        other.area < MIN_FIRST_AREA or other.score >= MIN_RUNNER_UP * support.score
+    )
+    if other is not None and rival and not enclosed:
         rise = support.plane.offset - other.plane.offset
         if rise > -MAX_DROP:
             share = f"{100 * other.score / support.score:.0f} %"

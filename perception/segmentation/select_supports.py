@@ -99,9 +99,13 @@ def select_supports(supports: list[Support], image: WorkingImage) -> list[Suppor
 
 def further_boards(
     readings: FlatReadings, supports: list[Support], image: WorkingImage
-) -> list[Support]:
-    """Return the boards and tables parallel to the best support that are not among the supports."""
-    boards = []
+) -> tuple[list[Support], list[Support]]:
+    """Return the boards and tables parallel to the best support that are not among the supports.
+
+    The second list holds those of which too little is visible. Parts of a robot look the same.
+    """
+    boards: list[Support] = []
+    small: list[Support] = []
     best = supports[0]
     for plane, points in parallel_planes(readings, best.plane.normal):
         known = any(
@@ -114,17 +118,24 @@ def further_boards(
         if known or open_share(plane, hull, best.axes, image) < MIN_OPEN:
             continue
         board = locate_support(plane, float(median(points[:, 2])), image)
-        if board is None or not (_is_large(board) and _is_apart(board, best)):
+        if board is None or board.area < MIN_COVERED_AREA or not _is_apart(board, best):
             continue
-        if board.score >= MIN_BOARD_SCORE * best.score:
+        if board.score >= MIN_BOARD_SCORE * best.score and _is_large(board):
             boards.append(board)
-    return boards
+        else:
+            small.append(board)
+    return boards, small
+
+
+def with_small_table(first: Support, small: list[Support]) -> Support:
+    """Return the first support with a plane high above it as its runner-up, if there is one."""
+    high = [one for one in small if first.plane.offset - one.plane.offset > MAX_TOP_HEIGHT]
+    return first._replace(runner_up=high[0]) if high else first
 
 
 def _is_large(board: Support) -> bool:
     """Return whether a plane has the size of a table, of which objects may cover most."""
-    covered = board.area >= MIN_COVERED_AREA and cv2.contourArea(board.hull) >= MIN_COVERED_HULL
-    return covered or board.area >= MIN_FIRST_AREA
+    return cv2.contourArea(board.hull) >= MIN_COVERED_HULL or board.area >= MIN_FIRST_AREA
 
 
 def _is_apart(board: Support, best: Support) -> bool:

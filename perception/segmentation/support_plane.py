@@ -21,6 +21,7 @@ from .select_supports import (
     MIN_FIRST_AREA,
     further_boards,
     select_supports,
+    with_small_table,
 )
 from .support_extent import Support, locate_support
 from .support_scatter import support_wave
@@ -131,9 +132,12 @@ def find_supports(
         if support is not None and support.area >= MIN_FIRST_AREA and support.score > 0
     ]
     supports.sort(key=lambda support: -support.score)
+    small: list[Support] = []
     if supports and readings is not None:
-        supports += further_boards(readings, supports, image)
+        boards, small = further_boards(readings, supports, image)
+        supports += boards
     selected = select_supports(sorted(supports, key=lambda support: -support.score), image)
+    selected[:1] = [with_small_table(one, small) for one in selected[:1]]
     return [one._replace(wave=support_wave(image, one, SUPPORT_SIGMAS)) for one in selected]
 
 

@@ -1,5 +1,7 @@
 """Containers: the walls are measured, they are no objects, and their contents are."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from synthetic_containers import Block, Tub, camera_pose, tub_frame
@@ -62,6 +64,16 @@ def test_empty_container_has_no_objects(name):
     found = segment(tub_frame(TUBS[name])[0])
     assert found.count == 0
     assert len(found.containers) == 1
+
+
+@pytest.mark.parametrize(("yaw", "rows"), [(0.2, 150), (0.35, 145), (0.35, 140)])
+def test_wall_that_the_image_cuts_off_is_measured_where_it_is_visible(yaw, rows):
+    whole, _, _ = tub_frame(Tub(yaw=yaw, height=0.16))
+    camera = replace(whole.intrinsics, height=rows)
+    found = segment(DepthFrame(np.ascontiguousarray(whole.depth[:rows]), camera))
+    assert found.count == 0
+    (container,) = found.containers
+    assert all(wall.seen for wall in container.walls)
 
 
 def test_objects_at_a_wall_and_over_the_rim_are_found():

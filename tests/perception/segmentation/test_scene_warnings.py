@@ -71,7 +71,7 @@ def test_cut_and_ambiguous_objects_are_named():
 
 
 def test_doubtful_support_names_the_other_plane():
-    rival = SUPPORT._replace(plane=SupportPlane(np.eye(3)[2], 0.9), score=0.5)
+    rival = SUPPORT._replace(plane=SupportPlane(np.eye(3)[2], 0.9), score=0.5, area=0.1)
     support = SUPPORT._replace(score=1.0, runner_up=rival)
     (warning,) = find_warnings(LABELS, {}, [support], (), NOTHING)
     assert warning.kind == "support_doubtful"
@@ -84,6 +84,17 @@ def test_doubtful_support_names_the_other_plane():
     container = Container(support.plane, (), 0.1)
     (enclosed,) = find_warnings(LABELS, {}, [support], (container,), NOTHING)
     assert enclosed.kind == "container"
+
+
+@pytest.mark.parametrize(("side", "rise"), [(0.13, 0.5), (0.1, 0.4)])
+def test_sheet_high_above_the_floor_makes_the_support_doubtful(side, rise):
+    sheet = Plate((-side / 2, side / 2), (0.6, 0.6 + 0.8 * side))
+    frame, _ = solid_frame([], (sheet, Plate((-1.5, 1.5), (0.0, 3.0), -rise)))
+    found = segment(frame)
+    (warning,) = (one for one in found.warnings if one.kind == "support_doubtful")
+    assert warning.plane is not None
+    assert found.support is not None
+    assert found.support.offset - warning.plane.offset == pytest.approx(rise, abs=0.002)
 
 
 def test_readings_below_the_support_are_warned_about():
