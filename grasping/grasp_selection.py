@@ -21,13 +21,13 @@ from .reachable import is_reachable
 from .report import UNREACHABLE
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Collection, Iterator, Sequence
 
     from eyehand.control import CollisionWorld
     from eyehand.perception import Scene, SceneObject
 
     from .cell import Cell
-    from .failed_grasps import FailedGrasps
+    from .failed_grasps import FailedGrasps, FailedObject
     from .plan import GraspPlan
 
     Candidate = tuple[float, SceneObject, GraspPlan]
@@ -97,11 +97,46 @@ def select_grasp(
         if len(entry.grasps) >= cell.options.max_attempts:
             skipped[label] = f"skipped after {len(entry.grasps)} attempts"
     open_items = [item for item in scene.objects if item.label not in skipped]
+    worlds: Worlds = {}
+    for planned in _stages(cell, scene, open_items, options, skipped):
+        candidates = _weighed(planned, tried, warned)
+        for _, item, plan in _probable_first(candidates, cell.robot.hand):
+            grasp = SelectedGrasp(scene, item, plan, perceive_ms)
+            reason = check_reachability(cell, PickState(grasp), worlds)
+            if not reason:
+                plan_ms = spent_ms + 1e3 * (time.perf_counter() - began)
+                firm = item.label in tried and tried[item.label].slipped
+                grasp = SelectedGrasp(scene, item, plan, perceive_ms, plan_ms, firm)
+                return GraspSelection(grasp, _by_label(skipped), plan_ms)
+            skipped[item.label] = reason
+    return GraspSelection(None, _by_label(skipped), spent_ms + 1e3 * (time.perf_counter() - began))
+
+
+def _stages(
+    cell: Cell,
+    scene: Scene,
+    items: Sequence[SceneObject],
+    options: GraspOptions | None,
+    skipped: dict[int, str],
+) -> Iterator[Candidates]:
+    """Yield candidates, and others that are only tried if the arm reaches none of them.
+
+    Fingers are planned as jaws on objects without a usual grasp, and last on all objects.
+    """
     hand = cell.robot.hand
     if isinstance(hand, ParallelHand):
-        planned = _jaw_candidates(cell, hand, scene, open_items, skipped)
-    else:
-        planned = _finger_candidates(hand, scene, open_items, options, skipped)
+        yield _jaw_candidates(cell, hand, scene, items, skipped)
+        return
+    usual = _finger_candidates(hand, scene, items, options, skipped)
+    planned = {item.label for _, item, _ in usual}
+    yield usual + _opposed_candidates(hand, scene, {item.label for item in items} - planned)
+    yield _opposed_candidates(hand, scene, planned)
+
+
+def _weighed(
+    planned: Candidates, tried: dict[int, FailedObject], warned: dict[int, float]
+) -> Candidates:
+    """Return candidates in the order in which they are tried, without those that failed before."""
     candidates: Candidates = []
     for score, item, plan in planned:
         entry = tried.get(item.label)
@@ -112,17 +147,7 @@ def select_grasp(
         candidates.append((weight * score, item, plan))
     # Objects without a failure go first: their grasp may free the others.
     candidates.sort(key=lambda candidate: (candidate[1].label in tried, -candidate[0]))
-    worlds: Worlds = {}
-    for _, item, plan in _probable_first(candidates, hand):
-        grasp = SelectedGrasp(scene, item, plan, perceive_ms)
-        reason = check_reachability(cell, PickState(grasp), worlds)
-        if not reason:
-            plan_ms = spent_ms + 1e3 * (time.perf_counter() - began)
-            firm = item.label in tried and tried[item.label].slipped
-            grasp = SelectedGrasp(scene, item, plan, perceive_ms, plan_ms, firm)
-            return GraspSelection(grasp, _by_label(skipped), plan_ms)
-        skipped[item.label] = reason
-    return GraspSelection(None, _by_label(skipped), spent_ms + 1e3 * (time.perf_counter() - began))
+    return candidates
 
 
 def _probable_first(candidates: Candidates, hand: HandModel | ParallelHand) -> Iterator[Candidate]:
@@ -166,13 +191,18 @@ def _finger_candidates(
                 found.append((weight * plan.score.total, item, plan))
             else:
                 skipped[item.label] = plan.reason
-    # Items without a plan, because no solid was fitted or all usual grasps are blocked.
-    unplanned = {item.label for item in items} - {item.label for _, item, _ in found}
-    if unplanned:
-        for item, plan in opposed_grasps(scene, hand, unplanned):
-            weight = LOADED_WEIGHT if item.label in loaded else 1.0
-            found.append((weight * plan.score.total, item, plan))
     return found
+
+
+def _opposed_candidates(hand: HandModel, scene: Scene, labels: Collection[int]) -> Candidates:
+    """Return score, object and plan of each grasp of opposed fingers on objects with labels."""
+    if not labels:
+        return []
+    loaded = {item.rests_on for item in scene.objects}
+    return [
+        (plan.score.total * (LOADED_WEIGHT if item.label in loaded else 1.0), item, plan)
+        for item, plan in opposed_grasps(scene, hand, labels)
+    ]
 
 
 def _jaw_candidates(

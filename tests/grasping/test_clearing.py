@@ -22,7 +22,7 @@ from eyehand.grasping.pick import pick
 from eyehand.grasping.pick_options import PickOptions
 from eyehand.grasping.planning import plan_prototypes
 from eyehand.grasping.tray import Tray
-from eyehand.perception import SceneWarning, Superquadric
+from eyehand.perception import SceneWarning, Superquadric, SuperquadricFit
 
 from .fake_robot import HAND, FakeRobot
 
@@ -256,6 +256,30 @@ def test_grasps_that_will_probably_not_hold_come_last(monkeypatch):
     same = select_grasp(cell, scene, FailedGrasps()).grasp
     assert same is not None
     assert (same.target.label, same.plan.name) == (first.target.label, first.plan.name)
+
+
+def test_fingers_are_planned_as_jaws_where_no_usual_grasp_is_reached(monkeypatch):
+    cell = trial_cell(FakeRobot(), [box()])
+    scene = cell.perceive(cell.robot.capture())
+    reach = grasp_selection.check_reachability
+
+    def reach_of_jaws(cell, state, worlds):
+        usual = state.plan.tip_depth is not None
+        return "too far" if usual else reach(cell, state, worlds)
+
+    monkeypatch.setattr(grasp_selection, "check_reachability", reach_of_jaws)
+    grasp = select_grasp(cell, scene, FailedGrasps()).grasp
+    assert grasp is not None
+    assert grasp.plan.gripped_width == pytest.approx(0.03, abs=0.002)
+
+
+def test_object_without_solid_is_planned_on_its_readings():
+    cell = trial_cell(FakeRobot(), [box()])
+    scene = cell.perceive(cell.robot.capture())
+    bent = replace(scene.objects[0], fit=SuperquadricFit.rejected("bent"))
+    grasp = select_grasp(cell, replace(scene, objects=(bent,)), FailedGrasps()).grasp
+    assert grasp is not None
+    assert grasp.plan.gripped_width == pytest.approx(0.03, abs=0.005)
 
 
 def test_object_that_slipped_is_gripped_with_full_force_where_it_fell():

@@ -50,7 +50,8 @@ def test_object_without_solid_is_held_across_its_narrow_side():
 def test_hand_stays_above_the_support_and_retreats_along_the_palm():
     plan = best(scene_of(box((0.05, 0.05, 0.02))))
     palm = palm_of(plan)
-    assert plan.geometry is not None and plan.gripped_width is not None
+    assert plan.geometry is not None
+    assert plan.gripped_width is not None
     axes = np.array([plan.closing, plan.geometry.finger_row, plan.palm])
     for low, high in hand_boxes(HAND, "precision", plan.opening, plan.gripped_width):
         corners = np.stack(np.meshgrid(*np.stack([low, high], 1)), -1).reshape(-1, 3)
