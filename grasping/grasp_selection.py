@@ -21,7 +21,7 @@ from .reachable import is_reachable
 from .report import UNREACHABLE
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterator, Sequence
+    from collections.abc import Collection, Iterable, Iterator, Sequence
 
     from eyehand.control import CollisionWorld
     from eyehand.perception import Scene, SceneObject
@@ -98,17 +98,17 @@ def select_grasp(
             skipped[label] = f"skipped after {len(entry.grasps)} attempts"
     open_items = [item for item in scene.objects if item.label not in skipped]
     worlds: Worlds = {}
-    for planned in _stages(cell, scene, open_items, options, skipped):
-        candidates = _weighed(planned, tried, warned)
-        for _, item, plan in _probable_first(candidates, cell.robot.hand):
-            grasp = SelectedGrasp(scene, item, plan, perceive_ms)
-            reason = check_reachability(cell, PickState(grasp), worlds)
-            if not reason:
-                plan_ms = spent_ms + 1e3 * (time.perf_counter() - began)
-                firm = item.label in tried and tried[item.label].slipped
-                grasp = SelectedGrasp(scene, item, plan, perceive_ms, plan_ms, firm)
-                return GraspSelection(grasp, _by_label(skipped), plan_ms)
-            skipped[item.label] = reason
+    stages = _stages(cell, scene, open_items, tried, options, skipped)
+    ordered = (one for planned in stages for one in _weighed(planned, tried, warned))
+    for _, item, plan in _probable_first(ordered, cell.robot.hand):
+        grasp = SelectedGrasp(scene, item, plan, perceive_ms)
+        reason = check_reachability(cell, PickState(grasp), worlds)
+        if not reason:
+            plan_ms = spent_ms + 1e3 * (time.perf_counter() - began)
+            firm = item.label in tried and tried[item.label].slipped
+            grasp = SelectedGrasp(scene, item, plan, perceive_ms, plan_ms, firm)
+            return GraspSelection(grasp, _by_label(skipped), plan_ms)
+        skipped[item.label] = reason
     return GraspSelection(None, _by_label(skipped), spent_ms + 1e3 * (time.perf_counter() - began))
 
 
@@ -116,12 +116,14 @@ def _stages(
     cell: Cell,
     scene: Scene,
     items: Sequence[SceneObject],
+    tried: dict[int, FailedObject],
     options: GraspOptions | None,
     skipped: dict[int, str],
 ) -> Iterator[Candidates]:
-    """Yield candidates, and others that are only tried if the arm reaches none of them.
+    """Yield candidates in groups. A later group is only planned if none before is reached.
 
-    Fingers are planned as jaws on objects without a usual grasp, and last on all objects.
+    First come the usual grasps of objects without a failure, then those of the others with the
+    grasps of opposed fingers on objects without a usual one, and last those on all objects.
     """
     hand = cell.robot.hand
     if isinstance(hand, ParallelHand):
@@ -129,7 +131,9 @@ def _stages(
         return
     usual = _finger_candidates(hand, scene, items, options, skipped)
     planned = {item.label for _, item, _ in usual}
-    yield usual + _opposed_candidates(hand, scene, {item.label for item in items} - planned)
+    yield [one for one in usual if one[1].label not in tried]
+    again = [one for one in usual if one[1].label in tried]
+    yield again + _opposed_candidates(hand, scene, {item.label for item in items} - planned)
     yield _opposed_candidates(hand, scene, planned)
 
 
@@ -150,7 +154,9 @@ def _weighed(
     return candidates
 
 
-def _probable_first(candidates: Candidates, hand: HandModel | ParallelHand) -> Iterator[Candidate]:
+def _probable_first(
+    candidates: Iterable[Candidate], hand: HandModel | ParallelHand
+) -> Iterator[Candidate]:
     """Yield the candidates in their order, but grasps that will probably not hold at the end.
 
     Jaws have their own prediction, which is part of their score.

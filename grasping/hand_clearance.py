@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from .box_kernels import nearest_point
 from .hands import IDLE_OPENING, HandModel
 from .sphere_points import evenly_on_sphere
 
@@ -101,24 +102,9 @@ def hand_clearance(
     offset = 0.5 * (placement.low + placement.high) * along
     palm = geometry.centre - placement.standoff * geometry.palm + offset
     axes = np.array([geometry.closing, geometry.finger_row, geometry.palm])
-    local = (neighbours.points - palm) @ axes.T
     boxes = hand_boxes(hand, prototype, opening, geometry.width)
-    low, high = boxes[:, 0, None], boxes[:, 1, None]
-    outside = np.maximum(np.maximum(low - local, local - high), 0.0)
-    squared_distance = np.einsum("bpk,bpk->bp", outside, outside).min(axis=0)
-    nearest = int(np.argmin(squared_distance))
-    if squared_distance[nearest] > 0.0:
-        return float(np.sqrt(squared_distance[nearest])), int(neighbours.labels[nearest])
-    inside = np.minimum(local - low, high - local)
-    # A finger can only push a neighbour away from the grasped object, along the closing direction.
-    # The palm lies on both sides of the object, so its nearer side counts.
-    across = inside[..., 0]
-    across = np.where(high[..., 0] <= 0.0, local[:, 0] - low[..., 0], across)
-    across = np.where(low[..., 0] >= 0.0, high[..., 0] - local[:, 0], across)
-    depth = np.where((inside > 0.0).all(axis=2), np.minimum(across, inside[..., 1]), 0.0)
-    depth = depth.max(axis=0)
-    nearest = int(np.argmax(depth)) if depth.max() > 0.0 else nearest
-    return -float(depth[nearest]), int(neighbours.labels[nearest])
+    gap, nearest = nearest_point(neighbours.points, palm, axes, boxes)
+    return float(gap), int(neighbours.labels[nearest])
 
 
 def hand_boxes(

@@ -51,8 +51,8 @@ MAX_WIDTH = 0.123
 """Maximum width of an object between the fingertips, m."""
 FALLBACK_TERM = 0.15
 """Term of all these grasps. Objects with a usual grasp go first, because they may free others."""
-OPENING_TERMS = {CLEARANCE: 1.0, TIGHT_CLEARANCE: 0.9}
-"""Opening beyond the object's width, m, and the term of a grasp that opens as far."""
+TIGHT_TERM = 0.9
+"""Term of a grasp with the smaller opening."""
 PROTOTYPE_TERMS: dict[Prototype, float] = {"precision": 1.0, "pincer": 0.6}
 """Terms of the row of fingers and of one finger."""
 TABLE_GAP = 0.003
@@ -87,9 +87,7 @@ def opposed_grasps(
         item = items[grasp.object_label]
         for thumb in (1.0, -1.0):
             for prototype in PROTOTYPE_TERMS:
-                pose = _HandPose(grasp, item, hand, prototype, thumb)
-                plans = [_plan(pose, extra, surroundings) for extra in OPENING_TERMS]
-                best = max(plans, key=lambda plan: plan.score.total)
+                best = _best_opening(_HandPose(grasp, item, hand, prototype, thumb), surroundings)
                 if best.score.total >= MIN_SCORE:
                     yield item, best
 
@@ -197,6 +195,15 @@ class _Surroundings:
         return max(TABLE_GAP - float(lowest) - float(support.height(palm[None])[0]), 0.0)
 
 
+def _best_opening(pose: _HandPose, surroundings: _Surroundings) -> GraspPlan:
+    """Return the better plan of a usual and a smaller opening."""
+    wide = _plan(pose, CLEARANCE, surroundings)
+    if wide.score.terms["room"] > TIGHT_TERM:
+        return wide
+    tight = _plan(pose, TIGHT_CLEARANCE, surroundings)
+    return max(wide, tight, key=lambda plan: plan.score.total)
+
+
 def _plan(pose: _HandPose, extra: float, surroundings: _Surroundings) -> GraspPlan:
     """Return the plan of a pose that opens by ``extra`` m more than the object is wide."""
     hand, grasp, up = pose.hand, pose.grasp, surroundings.up
@@ -220,7 +227,7 @@ def _plan(pose: _HandPose, extra: float, surroundings: _Surroundings) -> GraspPl
         "fallback": FALLBACK_TERM,
         "contacts": grasp.success,
         "prototype": PROTOTYPE_TERMS[pose.prototype],
-        "opening": OPENING_TERMS[extra],
+        "opening": 1.0 if extra >= CLEARANCE else TIGHT_TERM,
         "width": 1.0 - 0.5 * width / MAX_OPENING,
         "hold": float(expit((hold - OVERLAP_MIDDLE) / OVERLAP_SCALE)),
         "room": float(ndtr((free + TOUCH_ALLOWANCE) / CLEARANCE_SIGMA)),

@@ -2,7 +2,15 @@
 
 from __future__ import annotations
 
-from eyehand.grasping import FailedGrasps, load_hand, observe, plan_grasps, select_grasp
+from eyehand.grasping import (
+    FailedGrasps,
+    HandModel,
+    load_hand,
+    observe,
+    plan_grasps,
+    select_grasp,
+)
+from eyehand.grasping.opposed_grasps import opposed_grasps
 
 from ..perceived_frame import load_kernels
 from .bench.trial import GraspTrial, make_cell
@@ -14,9 +22,12 @@ def warm_up_grasping(*, jaws: bool = False) -> None:
     With ``jaws``, also those of planning for grippers with two jaws.
     """
     load_kernels()
-    cell, _ = make_cell(GraspTrial(family="single", seed=0, known=True))
+    cell, robot = make_cell(GraspTrial(family="packed", seed=0, objects=2, known=True))
     scene, _, _ = observe(cell)
     if scene is not None:
         select_grasp(cell, scene, FailedGrasps())
+        if isinstance(robot.hand, HandModel):
+            for _ in opposed_grasps(scene, robot.hand, {scene.objects[0].label}):
+                break
         if jaws:
             plan_grasps(scene, load_hand("panda"))

@@ -35,7 +35,7 @@ class GripOptions:
     """Force on the pads of one side that counts as touch, N. Lower topples fewer objects, but
     reacts to noise."""
     tension: dict[Prototype, float] = field(
-        default_factory=lambda: {"pincer": 45.0, "precision": 70.0, "power": 90.0}
+        default_factory=lambda: {"pincer": 70.0, "precision": 70.0, "power": 90.0}
     )
     """Tension of each finger's tendon in the grip, N. Higher holds more, but deforms more."""
     load: float | None = None

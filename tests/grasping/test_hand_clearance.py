@@ -2,9 +2,16 @@
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
+from eyehand.grasping.box_kernels import nearest_point
 from eyehand.grasping.grasp_geometry import GraspGeometry
-from eyehand.grasping.hand_clearance import RETREAT_LENGTH, NeighbourPoints, hand_clearance
+from eyehand.grasping.hand_clearance import (
+    RETREAT_LENGTH,
+    NeighbourPoints,
+    hand_boxes,
+    hand_clearance,
+)
 from eyehand.grasping.hands import nominal_hand
 from eyehand.grasping.palm_placement import PalmPlacement
 
@@ -59,3 +66,35 @@ def test_fingers_push_away_from_object():
     x = 0.5 * OPENING + 0.25 * HAND.thickness
     depth = min(outside - x, half_row)
     assert clearance([-x, 0.0, tip]) == pytest.approx(-depth)
+
+
+def reference(points, palm, axes, boxes) -> tuple[float, int]:
+    """Return what `nearest_point` computes, with arrays over points and boxes."""
+    local = (points - palm) @ axes.T
+    low, high = boxes[:, 0, None], boxes[:, 1, None]
+    outside = np.maximum(np.maximum(low - local, local - high), 0.0)
+    distance = np.linalg.norm(outside, axis=2).min(axis=0)
+    nearest = int(np.argmin(distance))
+    if distance[nearest] > 0.0:
+        return float(distance[nearest]), nearest
+    inside = np.minimum(local - low, high - local)
+    across = inside[..., 0]
+    across = np.where(high[..., 0] <= 0.0, local[:, 0] - low[..., 0], across)
+    across = np.where(low[..., 0] >= 0.0, high[..., 0] - local[:, 0], across)
+    depth = np.where((inside > 0.0).all(axis=2), np.minimum(across, inside[..., 1]), 0.0)
+    depth = depth.max(axis=0)
+    return -float(depth.max()), int(np.argmax(depth))
+
+
+@pytest.mark.parametrize("spread", [0.03, 0.2, 1.0])
+def test_kernel_equals_reference(spread):
+    rng = np.random.default_rng(3)
+    for prototype in ("power", "pincer"):
+        boxes = hand_boxes(HAND, prototype, OPENING, 0.04)
+        for _ in range(20):
+            axes = Rotation.random(rng=rng).as_matrix()
+            points, palm = rng.normal(0.0, spread, (9, 3)), rng.normal(0.0, 0.05, 3)
+            distance, nearest = nearest_point(points, palm, axes, boxes)
+            expected, index = reference(points, palm, axes, boxes)
+            assert distance == pytest.approx(expected, abs=1e-12)
+            assert nearest == index
