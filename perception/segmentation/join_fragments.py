@@ -15,8 +15,9 @@ MAX_FRAGMENT = 600
 width."""
 MIN_BORDER_SHARE = 0.3
 """Minimum share of a fragment's outline that touches the region that it joins."""
-MAX_SIZE_SHARE = 0.12
-"""Maximum size of a fragment, as a share of that region."""
+MAX_SIZE_SHARE = 0.15
+"""Maximum size of a fragment, as a share of that region. With 0.12 blotches without readings cut
+parts off a ball."""
 
 
 def join_fragments(
