@@ -34,6 +34,8 @@ MAX_REGRASPS = 1
 """Maximum number of new grasps after the object left the closing hand."""
 PRE_GRASP_SECONDS = 9.0
 """Time limit of the motion to the pre-grasp, s. A motion around obstacles takes 3 to 6 s."""
+NEAR_ENOUGH = "near enough"
+"""Reason of a stop near the pre-grasp."""
 NEAR_GOAL_SECONDS = 0.3
 """Time after which the arm stops near the pre-grasp without reaching it, s."""
 APPROACH_SECONDS = 3.0
@@ -57,7 +59,7 @@ def pre_grasp(cell: Cell, state: PickState) -> PhaseFailure | None:
         near = state.near_goal(cell, tasks, reading.q)
         near_since = min(near_since, reading.time) if near else np.inf
         near_enough = reading.time - near_since > NEAR_GOAL_SECONDS
-        return unexpected_contact(cell, reading) or ("near enough" if near_enough else "")
+        return unexpected_contact(cell, reading) or (NEAR_ENOUGH if near_enough else "")
 
     result = execute(
         cell,
@@ -66,7 +68,9 @@ def pre_grasp(cell: Cell, state: PickState) -> PhaseFailure | None:
         command=lambda _: shape,
         stop=stop,
     )
-    if result or state.near_goal(cell, tasks, cell.reading.q):
+    # The step that stops the arm may move it out of the slack again.
+    near_enough = result.reason == NEAR_ENOUGH or state.near_goal(cell, tasks, cell.reading.q)
+    if result or near_enough:
         return None
     return PhaseFailure("stuck", f"before the grasp: {result.reason}")
 

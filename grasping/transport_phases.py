@@ -38,8 +38,9 @@ TRAY_CLEARANCE = 0.03
 """Height at which the object passes over the tray's walls, m."""
 WALL_MARGIN = 0.03
 """Distance inside the walls at which the centre of an object counts as over the tray, m."""
-PLACE_SECONDS = 8.0
-"""Time limit of the motion to the tray, s."""
+PLACE_SECONDS = 15.0
+"""Time limit of the motion to the tray, s. A way around its content, found where the direct motion
+is stuck, takes up to 12 s."""
 
 
 def lift(cell: Cell, state: PickState) -> PhaseFailure | None:

@@ -112,7 +112,9 @@ class GraspRobot:
             body = model.body_parentid[body]
         if self.hand is not None:
             names = [name for name in names if not name.startswith(HAND_PREFIX)]
-        return tuple(names[::-1])
+        # The wrist of a hand lies between its palm and the arm.
+        still = () if self.fingers is None else self.fingers.still
+        return tuple(name for name in names[::-1] if name not in still)
 
     @functools.cached_property
     def hand_joints(self) -> tuple[str, ...]:

@@ -17,7 +17,7 @@ from ..parallel_hand import HandBox, HandJoint, ParallelHand, ToolPose
 from .jaw_boxes import camera_boxes, finger_boxes, palm_boxes, tool_origin
 from .jaw_force import jaw_force
 from .jaw_motion import MAX_DRIVES, JawMotion, between_jaws, jaw_motion
-from .links import Links, find_branches, find_palm, root_body
+from .links import Links, couplings, find_branches, find_palm, root_body
 from .pinch import pinch_motion
 from .posing import Posing, find_drives
 from .read_model import read_model
@@ -280,6 +280,7 @@ def _joints(motion: JawMotion, *, everything: bool) -> tuple[HandJoint, ...]:
     }
     openings = np.maximum(motion.gaps, 0.0)
     order = np.argsort(openings, kind="stable")
+    groups = couplings(links)
     found = []
     for joint in links.joints(motion.shapes.link_geoms):
         if joint not in drives and joint not in coupled:
@@ -290,9 +291,9 @@ def _joints(motion: JawMotion, *, everything: bool) -> tuple[HandJoint, ...]:
             continue
         # Positions at opening 0 are extrapolated for jaws that do not close.
         rest = openings[-1] / max(openings[0] - openings[-1], 1e-9)
+        group = next((one for one in groups if joint in one), {joint})
+        rest = min([rest, *(_free_share(motion, member) for member in group)])
         closed_at_zero = closed + rest * (closed - opened)
-        if model.jnt_limited[joint]:
-            closed_at_zero = float(np.clip(closed_at_zero, *model.jnt_range[joint]))
         line = closed_at_zero + openings / openings[0] * (opened - closed_at_zero)
         between: tuple[float, ...] = ()
         if np.abs(line - positions).max() > CURVED * max(float(np.ptp(positions)), MIN_SPAN):
@@ -304,6 +305,20 @@ def _joints(motion: JawMotion, *, everything: bool) -> tuple[HandJoint, ...]:
             HandJoint(name, round(opened, 5), round(float(closed_at_zero), 5) + 0.0, between)
         )
     return tuple(found)
+
+
+def _free_share(motion: JawMotion, joint: int) -> float:
+    """Return how far a joint can close beyond the closed posture, as a share of its motion.
+
+    Coupled joints go as far as the first one at a limit.
+    """
+    model = motion.shapes.posing.model
+    opened, closed = motion.path[[0, -1], model.jnt_qposadr[joint]]
+    if not model.jnt_limited[joint] or opened == closed:
+        return np.inf
+    low, high = model.jnt_range[joint]
+    end = high if closed > opened else low
+    return max(0.0, float((end - closed) / (closed - opened)))
 
 
 def _shown(motion: JawMotion, posture: int, origin: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -127,7 +127,7 @@ def jaw_sides(shapes: HandShapes, path: NDArray[np.float64], branches: list[list
     if (np.abs(motion[jaws] @ axis) < SIDE_COSINE * length[jaws]).any():
         raise InputError(
             f"the fingers {_names(shapes, branches)} do not close along one line: this is a hand "
-            "of several fingers, not a gripper with two jaws"
+            "of several fingers, not a gripper with two jaws; --pinch BODY BODY uses two of them"
         )
     forwards = motion[jaws] @ axis >= 0
     both = bool(forwards.any() and not forwards.all())

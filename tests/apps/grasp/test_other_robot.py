@@ -60,6 +60,21 @@ def test_arm_and_hand_joints_are_separated(robot_file):
     np.testing.assert_allclose(robot.posture(np.zeros(3)), [-0.55, 0.15] * 3)
 
 
+def test_wrist_of_a_hand_that_keeps_still_is_no_arm_joint(robot_file, tmp_path):
+    spec = import_mujoco().MjSpec.from_file(str(robot_file))
+    spec.body(f"{PREFIX}hand").add_joint(name="wrist", axis=[0, 1, 0], range=[-0.5, 0.5])
+    spec.compile()
+    path = tmp_path / "wrist.xml"
+    path.write_text(spec.to_xml())
+    told = json.loads(robot_file.with_suffix(".hand.json").read_text())
+    path.with_suffix(".hand.json").write_text(json.dumps({**told, "still": {"wrist": 0.0}}))
+
+    robot = GraspRobot.of_file(path, f"{PREFIX}palm")
+
+    assert robot.joints == GraspRobot.of_file(robot_file, f"{PREFIX}palm").joints
+    assert "wrist" in robot.hand_joints
+
+
 def test_other_robot_puts_object_into_tray(robot_file):
     result = run_trial(trial(robot_file))
 

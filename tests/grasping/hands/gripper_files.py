@@ -120,6 +120,31 @@ BOTH_WAYS = """<mujoco><worldbody><body name="bar">
 </body></worldbody><equality><joint joint1="j1" joint2="j2"/></equality></mujoco>"""
 """MJCF: fingers that reach as far up as down. Only a site determines the approach direction."""
 
+SHORT_OF_CLOSING = """<robot name="short">
+<link name="base"><collision><origin xyz="0 0 .03"/><geometry><box size=".08 .06 .06"/></geometry>
+</collision></link>
+{links}
+<joint name="drive" type="revolute"><parent link="base"/><child link="left"/>
+<origin xyz="0 .02 .06"/><axis xyz="1 0 0"/>
+<limit lower="-.7" upper=".1" effort="4" velocity="1"/></joint>
+<joint name="left_turn" type="revolute"><parent link="left"/><child link="left_pad"/>
+<origin xyz="0 0 .06"/><axis xyz="1 0 0"/><limit lower="-1" upper="1" effort="4" velocity="1"/>
+<mimic joint="drive" multiplier="-1"/></joint>
+<joint name="right_drive" type="revolute"><parent link="base"/><child link="right"/>
+<origin xyz="0 -.02 .06"/><axis xyz="1 0 0"/><limit lower="-.7" upper=".7" effort="4" velocity="1"/>
+<mimic joint="drive" multiplier="-1"/></joint>
+<joint name="right_turn" type="revolute"><parent link="right"/><child link="right_pad"/>
+<origin xyz="0 0 .06"/><axis xyz="1 0 0"/><limit lower="-1" upper="1" effort="4" velocity="1"/>
+<mimic joint="drive"/></joint></robot>""".format(
+    links="".join(
+        LINK.format(name=name, at=f"0 0 {length / 2}", shape=box(f".02 .012 {length}"))
+        for side in ("left", "right")
+        for name, length in ((side, 0.06), (f"{side}_pad", 0.04))
+    )
+)
+"""URDF: parallel pads of mimic joints. The drive ends 16 mm before they meet, the other joints do
+not."""
+
 
 def cube_stl(size: tuple[float, float, float]) -> bytes:
     """Return a binary STL of a box in mm around the origin."""

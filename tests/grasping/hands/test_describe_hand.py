@@ -14,6 +14,7 @@ from gripper_files import (
     BOTH_WAYS,
     INDEPENDENT,
     ONE_JAW,
+    SHORT_OF_CLOSING,
     SWAPPED,
     mesh_package,
     mimic_linkage,
@@ -134,6 +135,18 @@ def test_linkage_of_mimic_joints_without_loops(tmp_path):
     assert "--force LOW HIGH" in found.remarks[0]
     names = {joint.name for joint in hand.joints}
     assert {"left_drive", "right_drive", "left_tip", "right_tip"} <= names
+
+
+def test_coupled_joints_stop_together_where_jaws_do_not_close(tmp_path):
+    path = tmp_path / "short.urdf"
+    path.write_text(SHORT_OF_CLOSING)
+    hand = describe_hand(path).hand
+
+    assert hand.min_opening == pytest.approx(0.016, abs=1e-3)
+    closed = {joint.name: joint.closed for joint in hand.joints}
+    assert closed["drive"] == pytest.approx(0.1)
+    for name, factor in (("left_turn", -1), ("right_drive", -1), ("right_turn", 1)):
+        assert closed[name] == pytest.approx(factor * closed["drive"], abs=1e-4)
 
 
 def test_one_jaw_against_a_fixed_one_on_an_arm(tmp_path):
