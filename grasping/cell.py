@@ -13,6 +13,7 @@ from eyehand.control import RobotModel
 from .hands import AnyCommand, HandModel, ParallelHand
 from .hands.finger_control import FingerControl
 from .hands.jaw_control import JawControl
+from .hands.touch_monitor import TouchMonitor
 from .pick_options import PickOptions
 from .report import Phase, PhaseRecord
 
@@ -89,6 +90,9 @@ class Cell:
         """Robot times of the forces recorded since the last :meth:`begin`, s."""
         self.forces: list[NDArray[np.float64]] = []
         """Recorded forces, each (F + 1,), N."""
+        self.touch_fault = ""
+        """What is wrong with the hand's sense of touch; empty if nothing."""
+        self._touch: TouchMonitor | None = TouchMonitor()
         self._models: dict[tuple[float, ...], RobotModel] = {}
 
     def model(self, posture: NDArray[np.float64]) -> RobotModel:
@@ -119,9 +123,19 @@ class Cell:
         """
         return max([self.tray.wall_height, *(item.top for item in self.tray_content)])
 
+    @property
+    def halted(self) -> str:
+        """Reason for which every motion ends now; empty without one."""
+        return self.reading.fault or self.touch_fault
+
     def begin(self) -> None:
-        """Start new records."""
+        """Start new records, and watch the hand's sense of touch."""
         self.records, self.times, self.forces = [], [], []
+        self.touch_fault, self._touch = "", TouchMonitor()
+
+    def ignore_touch(self) -> None:
+        """Watch touch no more until the next :meth:`begin`: the hand must move without it."""
+        self.touch_fault, self._touch = "", None
 
     def enter(self, phase: Phase) -> float:
         """Enter a phase, and return the robot time, s."""
@@ -137,6 +151,8 @@ class Cell:
     ) -> RobotReading:
         """Move for one control period at joint velocities (n,), rad/s."""
         self.reading = reading = self.robot.step(velocity, command)
+        if self._touch is not None and not self.touch_fault:
+            self.touch_fault = self._touch.check(reading.hand, self.robot.period)
         force = self.hand.forces(reading.hand)
         self.times.append(reading.time)
         self.forces.append(force)
@@ -149,7 +165,7 @@ class Cell:
         seconds: float,
         command: Callable[[RobotReading], AnyCommand | None] | AnyCommand | None = None,
     ) -> RobotReading:
-        """Keep the arm still for a time, or until the robot has a fault.
+        """Keep the arm still for a time, or until every motion must end.
 
         Parameters
         ----------
@@ -160,7 +176,7 @@ class Cell:
         """
         still = np.zeros(len(self.robot.joints))
         end = self.reading.time + seconds
-        while self.reading.time < end and not self.reading.fault:
+        while self.reading.time < end and not self.halted:
             self.step(still, command(self.reading) if callable(command) else command)
         return self.reading
 

@@ -218,6 +218,8 @@ def _stop_reason(run: _Clearing) -> str:
     assert run.scene is not None, "the scene is valid"
     if run.cell.reading.fault:
         return run.cell.reading.fault
+    if run.picks and run.picks[-1].outcome == "touch_lost":
+        return f"the hand's sense of touch failed: {run.picks[-1].reason}"
     if not run.scene.objects:
         return CLEAR
     failures = len(run.picks) - max(

@@ -169,7 +169,7 @@ def _close_once(cell: Cell, state: PickState) -> tuple[PhaseFailure | None, floa
     still = np.zeros(len(cell.robot.joints))
     side = 0.0
     touched = False
-    while cell.reading.time < end and not cell.reading.fault:
+    while cell.reading.time < end and not cell.halted:
         cell.step(still, closing.step(cell.reading.hand, cell.robot.period))
         touched = touched or closing.touched
         if _touched_pads(cell, cell.reading):

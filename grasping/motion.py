@@ -98,6 +98,9 @@ def execute(
         reading = cell.reading
         if reading.fault:
             return MotionResult("fault", reading.fault)
+        if cell.touch_fault:
+            cell.step(still)
+            return MotionResult("stopped", cell.touch_fault)
         stop_reason = stop(reading) if stop else ""
         if stop_reason:
             cell.step(still)

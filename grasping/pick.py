@@ -37,11 +37,15 @@ def pick(cell: Cell, grasp: SelectedGrasp) -> PickReport:
         failure = run(cell, state)
         if cell.reading.fault:
             failure = PhaseFailure("fault", cell.reading.fault)
+        elif cell.touch_fault:
+            failure = PhaseFailure("touch_lost", cell.touch_fault)
         cell.leave(start, failure.reason if failure else "done")
         if failure is not None:
             break
         if phase == "check":
             held = cell.hand.held(cell.reading.hand)
+    if failure is not None and failure.outcome == "touch_lost":
+        cell.ignore_touch()
     if failure is not None and failure.outcome != "fault":
         state.release(cell)
     cell.plan = None

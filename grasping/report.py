@@ -35,6 +35,7 @@ PickOutcome = Literal[
     "no_contact",
     "empty_close",
     "hand_stalled",
+    "touch_lost",
     "slipped",
     "lost",
     "moved_away",
@@ -50,6 +51,7 @@ PickOutcome = Literal[
 - no_contact: the fingers touched nothing at the expected place.
 - empty_close: the hand closed without an object.
 - hand_stalled: the hand did not follow its command.
+- touch_lost: the hand's sense of touch stopped, repeats old readings, or lost tactels.
 - slipped: the object slipped out during the lift.
 - lost: the object slipped out after the lift.
 - moved_away: the object is no longer where it was perceived.

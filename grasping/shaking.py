@@ -29,12 +29,12 @@ def shake(cell: Cell, state: PickState, seconds: float) -> None:
     state
         The pick; its closing controller stays active.
     seconds
-        Duration, s of robot time. The motion ends early if the robot has a fault.
+        Duration, s of robot time. It ends early if every motion must end.
     """
     model = state.model(cell)
     start = cell.reading.time
     rate = 2.0 * np.pi * FREQUENCY
-    while (elapsed := cell.reading.time - start) < seconds and not cell.reading.fault:
+    while (elapsed := cell.reading.time - start) < seconds and not cell.halted:
         axis = min(int(3.0 * elapsed / seconds), 2)
         twist = np.zeros(6)
         twist[axis] = AMPLITUDE * rate * np.cos(rate * (elapsed - axis * seconds / 3.0))

@@ -46,6 +46,9 @@ class HandReading:
     """Normal force on each pad of phalanges and palm, (P,), N."""
     tips: tuple[TactileImage, ...]
     """Tactile image of each fingertip; empty for a hand without tactile sensors."""
+    touch_fault: str = ""
+    """Fault of the sensors, as the driver's `tactile.sensors.SensorMonitor` reports it: stopped,
+    repeats old images, or lost tactels. The pick then ends. Empty without one."""
 
 
 @dataclass(frozen=True)
@@ -75,6 +78,8 @@ class JawReading:
     """Normal force on the pads of the jaws at -x and +x, N; None without this sense."""
     tips: tuple[TactileImage, ...] = ()
     """Tactile image of each pad; empty without this sense."""
+    touch_fault: str = ""
+    """As :attr:`HandReading.touch_fault`."""
 
 
 AnyCommand: TypeAlias = HandCommand | JawCommand

@@ -30,6 +30,7 @@ OUTCOME_MEANINGS = {
     "no_contact": "the fingers touched nothing",
     "empty_close": "the hand closed without an object",
     "hand_stalled": "the hand did not follow its command",
+    "touch_lost": "the hand's sense of touch failed",
     "slipped": "slipped out during the lift",
     "lost": "slipped out after the lift",
     "moved_away": "no longer where it was perceived",

@@ -27,6 +27,7 @@ from .event_sweeps import event_sweeps
 from .fault_sweeps import fault_sweeps
 from .shape_sweeps import load_sweeps, shape_sweeps
 from .stress_trial import GraspFigures
+from .touch_fault_sweeps import touch_fault_sweeps
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Sequence
@@ -85,6 +86,7 @@ def grasp_sweeps() -> tuple[Sweep[PickOptions], ...]:
         *event_sweeps(),
         *camera_sweeps(),
         *fault_sweeps(),
+        *touch_fault_sweeps(),
     )
 
 

@@ -1,0 +1,57 @@
+"""The monitor of a hand's touch: lost tactels and repeated readings, and none of them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from eyehand.grasping import HandReading, JawReading
+from eyehand.grasping.hands.touch_monitor import REPEAT_SECONDS, TouchMonitor
+from eyehand.tactile import TactileArray, TactileImage
+
+DT = 0.004
+PAD = TactileArray.flat(4, 3, 0.005)
+CYCLES = int(3 * REPEAT_SECONDS / DT)
+
+
+def reading(cycle: int = 0, force: float = 2.0, moving: bool = True) -> HandReading:
+    pressures = np.full(12, 100.0 * force)
+    angles = np.full(3, 0.1 + (1e-4 * cycle if moving else 0.0))
+    forces = np.array([force, 0.0])
+    return HandReading(np.zeros(2), np.ones(2), angles, forces, (TactileImage(pressures, PAD),))
+
+
+def faults(readings) -> set[str]:
+    monitor = TouchMonitor()
+    return {monitor.check(one, DT) for one in readings}
+
+
+def test_changing_touch_is_no_fault():
+    assert faults(reading(k, 2.0 + 1e-9 * k) for k in range(CYCLES)) == {""}
+
+
+def test_repeated_touch_of_a_moving_hand_is_a_fault_after_a_while():
+    monitor = TouchMonitor()
+    found = [monitor.check(reading(k), DT) for k in range(CYCLES)]
+    first = next(k for k, fault in enumerate(found) if fault)
+    assert first * DT == pytest.approx(REPEAT_SECONDS, abs=2 * DT)
+    assert "has not changed" in found[first]
+
+
+@pytest.mark.parametrize("changes", [{"force": 0.0}, {"moving": False}])
+def test_equal_readings_without_touch_or_motion_are_no_fault(changes):
+    assert faults(reading(k, **changes) for k in range(CYCLES)) == {""}
+
+
+@pytest.mark.parametrize("one", [reading(), JawReading(0.05)])
+def test_a_fault_that_the_driver_reports_is_one(one):
+    assert faults([replace(one, touch_fault="sensor_stopped")]) == {"sensor_stopped"}
+
+
+def test_a_missing_pad_force_is_a_fault():
+    missing = replace(reading(), forces=np.array([np.nan, 0.0]))
+    assert faults([missing]) == {"1 of 2 pad forces are missing"}
+
+
+def test_jaws_without_touch_are_never_wrong():
+    assert faults(JawReading(0.05 - 1e-4 * k) for k in range(CYCLES)) == {""}
