@@ -145,7 +145,7 @@ def _coming(speed: float, seed: int, method: None) -> Trial:
 
 @as_sweep(
     "light", "mass of a free flat object on a table", "g",
-    (200.0, 100.0, 50.0, 20.0, 10.0, 5.0, 2.0, 1.0), holds_to=20.0, right=CALM_CONTACT,
+    (200.0, 100.0, 50.0, 20.0, 10.0, 5.0, 2.0, 1.0), holds_to=5.0, right=CALM_CONTACT,
 )  # fmt: skip
 def _light(mass: float, seed: int, method: None) -> Trial:
     plate = TouchObject("plate", (Part("box", PLATE_HALF, (0.0, 0.0, -PLATE_HALF[2])),))

@@ -178,7 +178,7 @@ def test_saturated_tactels_end_as_overload():
 def test_unstable_gain_ends_with_pad_retracted(name, share):
     options = ServoOptions(stability_share=share, press_gain=1e3)
     # A calm landing grows into an oscillation in 0.3 s, and seven losses of contact end the touch.
-    longer = replace(OPTIONS, task_seconds=6.0)
+    longer = replace(OPTIONS, task_seconds=4.0)
     world, machine = make_world(name), TouchPhases(TactileServo(None, PRESS, options), longer)
     _, peak = run_phases(world, machine)
     assert machine.outcome in ("oscillation", "contact_lost")

@@ -44,10 +44,10 @@ def test_invalid_option_value_exits_with_code_2(run_experiment):
 
 
 def test_presses_show_gains_spread_and_stiffness(decoder):
-    assert decoder.gains == pytest.approx(1.0, abs=0.01)
+    assert decoder.gains == pytest.approx(1.0, abs=0.004)
     assert decoder.residual < 0.03
     pressures = np.array([200.0, 1000.0, 5000.0, 9000.0])
-    assert decoder.depth(pressures) == pytest.approx(FOAM.compression(pressures), abs=2e-5)
+    assert decoder.depth(pressures) == pytest.approx(FOAM.compression(pressures), abs=4e-6)
     rings = 2 * np.pi * decoder.radii * decoder.response
     variance = np.sum(rings * decoder.radii**2) / np.sum(rings)
     assert np.sqrt(variance / 2) == pytest.approx(POINT_SPREAD_M, rel=0.15)
@@ -67,7 +67,7 @@ def test_flat_face_gives_its_depth_at_each_inner_tactel(decoder):
     found = felt_points(pressure * decoder.gains, decoder, sharpen=False)
     inner = PAD.positions.reshape(16, 16, 3)[1:-1, 1:-1].reshape(-1, 3)
     assert found[:, :2] == pytest.approx(inner[:, :2], abs=1e-9)
-    assert found[:, 2] == pytest.approx(-depth, rel=0.01)
+    assert found[:, 2] == pytest.approx(-depth, rel=0.003)
 
 
 def test_edge_between_two_rows_is_located_between_them(decoder):
@@ -89,7 +89,7 @@ def blurred_image(pressure_of_x) -> np.ndarray:
 def test_deconvolution_keeps_depth_of_flat_face(decoder):
     found = felt_points(blurred_image(lambda x: np.full_like(x, 1500.0)), decoder)
     assert len(found) == 28 * 28
-    assert found[:, 2] == pytest.approx(-FOAM.compression(np.array([1500.0]))[0], rel=0.01)
+    assert found[:, 2] == pytest.approx(-FOAM.compression(np.array([1500.0]))[0], rel=0.007)
 
 
 @pytest.mark.parametrize("middle", [0.0, 0.0012, 0.005])

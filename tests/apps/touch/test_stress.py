@@ -20,7 +20,7 @@ QUIET = ContactFigures(None, False, 2.0, 0.0, 1.0, 1000.0, 1000.0, 10.0, 0.0, 0.
 @pytest.mark.parametrize(
     ("name", "value"),
     [("gain-box", 0.5), ("landing-pen", 50.0), ("round", 10.0), ("right-angle", 2.0),
-     ("light", 20.0), ("dead", 5.0), ("coming", 5.0)],
+     ("light", 5.0), ("dead", 5.0), ("coming", 5.0)],
 )  # fmt: skip
 def test_contact_is_held_within_bounds(name, value):
     (sweep,) = select_sweeps(touch_sweeps(), (name,))
