@@ -51,7 +51,7 @@ PURPOSE_PREFERENCE: dict[GraspPurpose, dict[Prototype, float]] = {
 least: the row of fingertips against the thumb. A power grasp may press an object with upright sides
 out of the hand, and a pincer presses with one finger only. Moving prefers the whole hand. A
 hand-over prefers a free part of the object."""
-SIDE_PRECISION_WEIGHT = 0.8
+SIDE_PRECISION_WEIGHT = 0.6
 """Weight of a precision grasp from the side, where the pads carry the weight tangentially."""
 LONG_SIDE_WEIGHT = 0.9
 """Weight of closing along the longer side, which leaves less clearance."""
