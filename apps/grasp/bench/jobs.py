@@ -160,18 +160,22 @@ def attempt(run: RunTrial, trial: Mapping[str, Any]) -> SceneOutcome:
 def run_grasp_trial(trial: dict[str, Any]) -> dict[str, Any]:
     """Clear a scene with the simulated robot and return the fields of the result."""
     module = importlib.import_module(TRIAL_MODULE)
-    _warm_up_once()
+    prepare_grasping()
     result = module.run_trial(module.GraspTrial(**trial))
     own = {f.name: getattr(result, f.name) for f in fields(result) if f.name != "trial"}
     return {**own, "picks": [asdict(pick) for pick in result.picks]}
 
 
 @cache
-def _warm_up_once() -> None:
+def prepare_grasping() -> None:
     """Load the kernels once per process, before times are measured."""
     from ..warm_up import warm_up_grasping
 
     warm_up_grasping()
+
+
+PREPARATIONS: dict[RunTrial, Callable[[], object]] = {run_grasp_trial: prepare_grasping}
+"""What a process runs once before its first trial, by the function that runs the trials."""
 
 
 def _describe(error: Exception) -> str:

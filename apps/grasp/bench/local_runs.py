@@ -12,7 +12,7 @@ import signal
 import threading
 import time
 from collections import Counter, deque
-from collections.abc import Generator, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from multiprocessing import connection, get_context
@@ -26,8 +26,8 @@ MAX_DEATHS = 3
 """Number of dead processes after which a scene is left to another run."""
 SCENE_TIMEOUT_S = 900.0
 """Time limit of a scene, s, a hundred times the usual time."""
-START_TIMEOUT_S = 120.0
-"""Time limit for the start of a process on a busy machine, s."""
+START_TIMEOUT_S = 900.0
+"""Time limit for the start of a process, s. On a busy machine, kernels compile for minutes."""
 STOP_TIMEOUT_S = 2.0
 """Time limit for the end of a process before it is killed, s."""
 BEGAN = SceneOutcome(lost="under way")
@@ -51,6 +51,7 @@ def run_here(
     *,
     processes: int,
     timeout: float = SCENE_TIMEOUT_S,
+    prepare: Callable[[], object] | None = None,
 ) -> Generator[tuple[SceneJob, SceneOutcome]]:
     """Run all scenes and yield each with its outcome as it finishes.
 
@@ -67,6 +68,9 @@ def run_here(
         Maximum number of parallel processes, >= 1.
     timeout
         Time limit of a scene, s.
+    prepare
+        Function that each process runs before its first scene, such as the compilation of kernels.
+        It must be a module-level function. The time limit of a scene does not include it.
     """
     waiting, deaths = deque(jobs), Counter[str]()
     processes = min(processes, len(jobs))
@@ -74,7 +78,7 @@ def run_here(
     try:
         while waiting or any(worker.job for worker in workers):
             while waiting and len(workers) < processes:
-                workers.append(_start(run))
+                workers.append(_start(run, prepare))
             for worker in workers:
                 if worker.job is None and waiting:
                     _hand_over(worker, waiting.popleft(), START_TIMEOUT_S + timeout)
@@ -112,10 +116,10 @@ def run_here(
         _end(workers)
 
 
-def _start(run: RunTrial) -> _Worker:
+def _start(run: RunTrial, prepare: Callable[[], object] | None) -> _Worker:
     here, there = get_context("spawn").Pipe()
     process = get_context("spawn").Process(
-        target=_work, args=(there, run, os.getpid()), daemon=True
+        target=_work, args=(there, run, prepare, os.getpid()), daemon=True
     )
     for name in ONE_THREAD:
         os.environ.setdefault(name, "1")
@@ -164,12 +168,18 @@ def _interrupts_ignored() -> Iterator[None]:
         signal.signal(signal.SIGINT, previous)
 
 
-def _work(pipe: Connection, run: RunTrial, parent: int) -> None:
+def _work(
+    pipe: Connection, run: RunTrial, prepare: Callable[[], object] | None, parent: int
+) -> None:
     """Run scenes until the other end of the pipe is closed."""
     end_with_parent(parent)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     # Standard output is reserved for JSON. Redirect the output of libraries.
     os.dup2(2, 1)
+    if prepare is not None:
+        # Each scene meets the same exception, and reports it.
+        with suppress(Exception):
+            prepare()
     with suppress(EOFError, OSError):
         while True:
             trial = pipe.recv()

@@ -76,9 +76,10 @@ def run_rounds(jobs: Sequence[SceneJob], processes: int | None) -> dict[str, lis
         If no round has an outcome.
     """
     outcomes: dict[str, list[dict[str, Any]]] = {}
-    for job, outcome in tracked(
-        run_here(jobs, run_clutter_round, processes=processes or core_count()), "rounds", len(jobs)
-    ):
+    results = run_here(
+        jobs, run_clutter_round, processes=processes or core_count(), prepare=prepare_planning
+    )
+    for job, outcome in tracked(results, "rounds", len(jobs)):
         if outcome.lost or outcome.fault:
             say(f"{job.row}, seed {job.trial['seed']}: {outcome.lost or outcome.fault}")
             continue
@@ -86,6 +87,14 @@ def run_rounds(jobs: Sequence[SceneJob], processes: int | None) -> dict[str, lis
     if not outcomes:
         raise DeviceError("no round has an outcome")
     return outcomes
+
+
+def prepare_planning() -> None:
+    """Load the kernels of a round."""
+    # Physics and kernels load in the processes only.
+    from ..warm_up import warm_up_grasping
+
+    warm_up_grasping(jaws=True)
 
 
 def summaries(

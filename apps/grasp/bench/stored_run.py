@@ -13,7 +13,7 @@ from eyehand.errors import DeviceError
 
 from ...bench.machine import machine_line
 from .cluster import run_on_cluster
-from .jobs import Condition, RunTrial, SceneJob, scene_jobs
+from .jobs import PREPARATIONS, Condition, RunTrial, SceneJob, scene_jobs
 from .local_runs import run_here
 from .row_store import FAULT, SCENE, RowStore, open_rows
 from .run_inputs import Machines, default_folder, run_options
@@ -125,7 +125,9 @@ def run_scenes(
     if machines.cluster:
         results = run_on_cluster(left, run_trial, machines.cluster)
     else:
-        results = run_here(left, run_trial, processes=machines.jobs)
+        results = run_here(
+            left, run_trial, processes=machines.jobs, prepare=PREPARATIONS.get(run_trial)
+        )
     ended = 0
     try:
         with closing(results):

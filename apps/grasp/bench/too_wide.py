@@ -17,6 +17,9 @@ if TYPE_CHECKING:
 MIN_SOLID_SHARE = 0.9
 """Minimum volume of the convex pieces over that of the hull. A hollow object, such as a mug, may be
 gripped at its wall."""
+MIN_EXCESS = 0.005
+"""Minimum width beyond the stroke, m. The ends of a can are narrower than its middle: a gripper of
+85 mm holds one of 88 mm."""
 
 
 def too_wide_objects(
@@ -27,7 +30,7 @@ def too_wide_objects(
     The object itself decides, not what was perceived of it.
     """
     widths = {item.name: _narrowest(item) for item in objects}
-    return {name: width for name, width in widths.items() if width > stroke}
+    return {name: width for name, width in widths.items() if width > stroke + MIN_EXCESS}
 
 
 def _narrowest(item: TabletopObject | MeshObject) -> float:

@@ -256,7 +256,7 @@ def test_default_folder_depends_on_options(run, tmp_path, monkeypatch):
 def test_missing_scenes_are_reported_and_run_again(run, tmp_path, monkeypatch):
     lost_seeds = {1}
 
-    def lossy(jobs, run_trial, *, processes):
+    def lossy(jobs, run_trial, *, processes, prepare):
         for job in jobs:
             is_lost = job.trial["seed"] in lost_seeds
             yield job, SceneOutcome(lost="killed") if is_lost else attempt(run_trial, job.trial)
@@ -290,7 +290,7 @@ def test_missing_scenes_are_reported_and_run_again(run, tmp_path, monkeypatch):
 
 
 def test_run_exits_1_if_every_scene_ends_with_a_fault(run, tmp_path, monkeypatch):
-    def broken(jobs, run_trial, *, processes):
+    def broken(jobs, run_trial, *, processes, prepare):
         for job in jobs:
             yield job, SceneOutcome(fault="RuntimeError: no arm")
 

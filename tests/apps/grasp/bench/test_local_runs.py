@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 from dataclasses import fields
+from functools import partial
 
 import pytest
 
@@ -36,6 +37,17 @@ def test_faults_deaths_and_timeouts_stop_no_other_scene(made_up, tmp_path):
     assert not killed_once.lost
     assert (killed.fault, killed.lost) == ("", "its process died 3 times, exit code -9")
     assert (hung.fault, hung.lost) == ("", "took longer than 1.5 s")
+
+
+def test_time_limit_of_a_scene_excludes_the_preparation_of_a_process(made_up):
+    slow = partial(time.sleep, 2.0)
+    ((_, outcome),) = run_here(
+        jobs([0]), made_up.run_troubled, processes=1, timeout=1.5, prepare=slow
+    )
+    assert outcome.result["total"] == 1
+    broken = partial(int, "no number")
+    ((_, outcome),) = run_here(jobs([0]), made_up.run_troubled, processes=1, prepare=broken)
+    assert outcome.result["total"] == 1, "the scenes report what is broken"
 
 
 def test_closed_generator_ends_processes(made_up):

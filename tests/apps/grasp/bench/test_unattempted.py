@@ -113,3 +113,4 @@ def test_objects_wider_than_the_stroke_in_all_directions_are_too_wide():
         item("hollow", (0.048, 0.045, 0.045), tuple(walls)),
     ]
     assert too_wide_objects(items, 0.08) == {"cube": pytest.approx(0.088)}
+    assert not too_wide_objects(items, 0.085), "its ends may be narrower"
