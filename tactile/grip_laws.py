@@ -47,7 +47,7 @@ class LoadGripOptions:
         If a value is negative or not finite.
     """
 
-    reserve: float = 0.2
+    reserve: float = 0.15
     """Force above the least one, N. A force, not a factor, as noise and knocks do not grow with the
     load."""
     lag: float = 0.02
