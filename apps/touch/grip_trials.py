@@ -59,8 +59,8 @@ PULL_START, PULL_SECONDS, SETTLE_SECONDS, TEST_SECONDS = 0.1, 1.0, 0.25, 1.2
 """Start and longest duration of the pull and lift, time until disturbances begin, and their
 duration, s."""
 PULL_SPEED, LIFT_SPEED, LIFT_SECONDS = 0.004, 0.1, 0.2
-"""Speeds of the hand during the pull and the lift, m/s, and duration of the lift, s. At 1.5 mm/s the
-pull finds static friction, which does not hold a sliding object."""
+"""Speeds of the hand during the pull and the lift, m/s, and duration of the lift, s. At 1.5 mm/s
+the pull finds static friction, which does not hold a sliding object."""
 _TABLE_STIFFNESS, _TABLE_DAMPING = 5e3, 0.7
 """Stiffness of the table, N/m, and its damping as a share of the critical one."""
 
