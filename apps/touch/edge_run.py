@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.data_synth.pad import PlacedObject, box_edge, pad_scene
+from eyehand.errors import DeviceError
 from eyehand.tactile import PRESETS, ServoGoal, TactileServo, TouchPhases
 
 from .arm_rig import CYCLE, ArmRig, RigOptions, SensorName, home_pose
@@ -53,7 +54,13 @@ class EdgeRun:
 
 
 def run_edge(seed: int, sensor: SensorName = "good") -> EdgeRun:
-    """Land a pad on an edge at an angle, and turn the edge when the pad is aligned."""
+    """Land a pad on an edge at an angle, and turn the edge when the pad is aligned.
+
+    Raises
+    ------
+    DeviceError
+        If the servo ended early.
+    """
     rng = np.random.default_rng(seed)
     start = rng.uniform(MIN_START_DEG, MAX_START_DEG) * rng.choice([-1.0, 1.0])
     home = home_pose()
@@ -89,6 +96,8 @@ def run_edge(seed: int, sensor: SensorName = "good") -> EdgeRun:
         edge = direction(rig.time)
         gap = np.degrees(np.arctan2(y[1], y[0])) - edge
         log.append((rig.time, edge, (gap + 90.0) % 180.0 - 90.0, sample.force))
+    if phases.phase == "ended":
+        raise DeviceError(f"the edge trial ended early (seed {seed}): {phases.outcome}")
     times, edges, errors, forces = np.array(log).T
     outcome = phases.outcome or "done"
     return EdgeRun(start, landing, times, edges, errors, forces, outcome)

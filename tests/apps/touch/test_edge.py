@@ -5,6 +5,9 @@ import json
 
 import pytest
 
+from eyehand.apps.touch.edge_run import run_edge
+from eyehand.errors import DeviceError
+
 
 def test_pad_aligns_with_edge_and_follows_its_rotation(tmp_path, run_experiment):
     code, out, _ = run_experiment("edge", "--trials", 1, "--seed", 3, "--json", "--out", tmp_path)
@@ -30,3 +33,8 @@ def test_invalid_option_value_exits_with_code_2(option, run_experiment):
     code, _, err = run_experiment("edge", *option)
     assert code == 2
     assert option[0] in err
+
+
+def test_servo_that_ends_early_is_named():
+    with pytest.raises(DeviceError, match="ended early"):
+        run_edge(1, "harsh")
