@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .clearance import lift_above
-from .kernels import contacts
+from .contact_kernels import contacts
 from .scoring import ContactTable
 
 if TYPE_CHECKING:
@@ -60,7 +60,7 @@ def centred_contacts(
 def pad_contacts(
     candidates: Candidates, surface: ObjectSurface, hand: ParallelHand
 ) -> NDArray[np.float64]:
-    """Return the columns of :func:`.kernels.contacts` for candidates of one object, (n, 9)."""
+    """Return the columns of :func:`.contact_kernels.contacts` for one object, (n, 9)."""
     return contacts(
         candidates.rotation,
         candidates.tip,

@@ -57,7 +57,7 @@ def success_probability(product: float) -> float:
 
 @dataclass(frozen=True, eq=False)
 class ContactTable:
-    """Contacts of the candidates, from the columns of :func:`.kernels.contacts`."""
+    """Contacts of the candidates, from the columns of :func:`.contact_kernels.contacts`."""
 
     width: NDArray[np.float64]
     """Distance between the pads at contact, (n,), m."""

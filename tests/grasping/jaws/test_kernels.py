@@ -7,7 +7,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from eyehand.grasping import load_hand
-from eyehand.grasping.jaws.kernels import BLOCKED, FAR, clearances, contacts, travels
+from eyehand.grasping.jaws.contact_kernels import contacts
+from eyehand.grasping.jaws.kernels import BLOCKED, FAR, clearances, travels
 from eyehand.grasping.jaws.point_blocks import point_blocks
 
 RNG = np.random.default_rng(5)
