@@ -21,7 +21,7 @@ demo: ready ## let a simulated robot clear a table; report and film go to out/de
 
 docs: ready ## build the documentation site in out/site
 	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet $(ARGS)
-	@echo "the site: out/site/index.html (its search needs a server: $(BIN)/python -m http.server -d out/site)"
+	@echo "open out/site/index.html"
 
 # One thread per worker: the workers already fill the cores.
 test test-slow: export OMP_NUM_THREADS = 1

@@ -18,6 +18,7 @@ from .console import print_json, say, show
 from .grasp.robot_choice import RobotChoice
 from .perceived_frame import perceive_and_plan
 from .perception_demo import perception_demo
+from .ros_markers import check_mcap, scene_writer
 from .run_folder import claim_folder
 
 if TYPE_CHECKING:
@@ -56,9 +57,9 @@ def demo(
 ) -> int:
     """Clear a table of unknown objects with a simulated robot that sees one noisy depth view.
 
-    The command prints a row for every pick. It writes report.html, a page without external files,
-    and demo.mp4, a short film. With --perception-only, or with your own frame, it shows perception
-    alone, on a synthetic frame with known truth and on a real one.
+    The command prints a line after every pick, and a table at the end. It writes report.html, a
+    page without external files, and demo.mp4, a short film. With --perception-only, or with your
+    own frame, it shows perception alone, on a synthetic frame with known truth and on a real one.
 
     Parameters
     ----------
@@ -108,6 +109,7 @@ def demo(
         raise InputError("--beside needs the film: no frame, --look, --view or --no-video")
     if mcap is not None and (perception_only or frame is not None or view):
         raise InputError("--mcap records a simulated robot: no frame, --look or --view")
+    check_mcap(mcap)
     if perception_only or frame is not None:
         if isinstance(objects, Path):
             raise InputError(
@@ -142,6 +144,7 @@ def demo(
     built = trial_cell(table.objects, trial)
     pictured = None if beside is None else perceive_and_plan(read_frame(beside))
     claim_folder(out)
+    say("loading kernels ...")
     warm_up_grasping(jaws=isinstance(built[0].robot.hand, ParallelHand))
     say(f"clearing a table: {table.source} ...")
     if view:
@@ -172,7 +175,6 @@ def _recorded(
     """Run the demo, and write its film and its recording where a path is given."""
     from .grasp.demo_run import MakeObserver, run_demo
     from .grasp.robot_recording import RobotRecording
-    from .ros_markers import scene_writer
 
     shown = None if film is None else _film(film)
     with shown or nullcontext(), scene_writer(mcap) as writer:

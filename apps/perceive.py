@@ -15,7 +15,7 @@ from .frame_masks import FrameMasks
 from .frame_stream import check_source, open_frames
 from .output_files import write_perceived_frame
 from .perceived_frame import PerceivedFrame, load_kernels, perceive_and_plan
-from .ros_markers import scene_writer, write_scene
+from .ros_markers import check_mcap, scene_writer, write_scene
 from .run_folder import claim_folder
 from .scene_table import scene_rows, scene_table
 from .usable_frame import check_usable
@@ -41,7 +41,9 @@ def perceive_command(
 ) -> int:
     """Segment a depth frame, fit a solid to each object, and propose a grasp for each.
 
-    The command writes scene.json, labels.png and overlay.png and prints a table.
+    The command writes scene.json, labels.png and overlay.png and prints a table. The grasps are
+    those of the demo's hand, three fingers and a thumb. `eyehand grasp` ranks grasps of your
+    gripper.
 
     Parameters
     ----------
@@ -74,6 +76,7 @@ def perceive_command(
     check_source(frame, oak, record, frames, topic)
     if mcap is not None and mcap.resolve() in [one.resolve() for one in (frame, record) if one]:
         raise InputError(f"--mcap must name another file than the recording, got {mcap}")
+    check_mcap(mcap)
     rows = []
     count = 0
     stream = open_frames(frame, camera, oak, record, frames, topic)

@@ -44,6 +44,18 @@ DEPTH_TOPIC, MARKER_TOPIC, GRASP_TOPIC = "/camera/depth", "/eyehand/scene", "/ey
 """Topics of the depth image, the solids, and the palm or tool poses at the grasps."""
 
 
+def check_mcap(path: Path | None) -> None:
+    """Check the name of the file of --mcap.
+
+    Raises
+    ------
+    InputError
+        If it does not end in .mcap.
+    """
+    if path is not None and path.suffix.lower() != ".mcap":
+        raise InputError(f"--mcap must name an .mcap file, got {path}")
+
+
 @contextmanager
 def scene_writer(path: Path | None) -> Iterator[RosWriter | None]:
     """Open a recording for `write_scene`, or return None without a path.
@@ -56,8 +68,7 @@ def scene_writer(path: Path | None) -> Iterator[RosWriter | None]:
     if path is None:
         yield None
         return
-    if path.suffix.lower() != ".mcap":
-        raise InputError(f"--mcap must name an .mcap file, got {path}")
+    check_mcap(path)
     make_folder(path.parent)
     with ros_writer(path) as writer:
         yield writer

@@ -15,6 +15,10 @@ if TYPE_CHECKING:
     from .perceived_frame import PerceivedFrame
 
 
+WHOSE = "grasps of the demo's hand (three fingers and a thumb); of your gripper: eyehand grasp"
+"""Whose grasps a table shows."""
+
+
 def scene_table(found: PerceivedFrame, source: str) -> Table:
     """Return a table with one row per object and the times in the caption."""
     scene = found.scene
@@ -23,7 +27,7 @@ def scene_table(found: PerceivedFrame, source: str) -> Table:
     table = Table(
         title=f"{escape(source)}: {len(scene.objects)} objects",
         title_justify="left",
-        caption=f"{total * 1e3:.0f} ms: {stages}, grasps {found.plan_seconds * 1e3:.0f}",
+        caption=f"{total * 1e3:.0f} ms: {stages}, grasps {found.plan_seconds * 1e3:.0f}\n{WHOSE}",
         caption_justify="left",
     )
     for column in ("#", "solid", "size mm", "ε1 ε2", "spread mm", "seen %", "on", "grasp", "rows"):

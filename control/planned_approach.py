@@ -117,7 +117,7 @@ class PlannedApproach:
                 self._begin_search(search_first, self.controller.robot.checked(q))
         if self._stuck is not None and self._result is None:
             if np.any(self.controller.velocity):
-                return self.controller.stop(q)
+                return replace(self.controller.stop(q), status="moving")
             self._searched += 1
             self._begin_search(search_again, self.controller.robot.checked(q))
         if self._result is not None:

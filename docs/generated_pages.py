@@ -29,7 +29,7 @@ PACKAGES = (
     "data_synth.pad",
     "errors",
 )
-"""Packages with public names, in the order of the page."""
+"""Packages with public names, in the order of the navigation."""
 MOVED = {
     "../../examples/remote_robot.py": "../examples.md",
     "../../CONTRIBUTING.md": "../contributing.md",
@@ -54,11 +54,19 @@ def on_page_markdown(markdown: str, **_more: Any) -> str:
     return markdown
 
 
+def on_post_build(config: Any) -> None:
+    """Write the index of the search as a script, which pages opened from the disk can load."""
+    index = Path(config["site_dir"]) / "search" / "search_index.json"
+    script = f"var __index = {index.read_text(encoding='utf-8')}"
+    index.with_suffix(".js").write_text(script, encoding="utf-8")
+
+
 def pages() -> dict[str, str]:
     """Return the generated pages: file name → Markdown."""
     return {
         "commands.md": commands_page(),
         "python.md": python_page(),
+        **{f"python/{package}.md": package_page(package) for package in PACKAGES},
         "examples.md": examples_page(),
         "contributing.md": (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8"),
     }
@@ -110,21 +118,40 @@ def _escaped(text: str) -> str:
 
 
 def python_page() -> str:
-    """Describe the public names of all packages, from their docstrings."""
-    parts = ["# Python", "Names in `__all__` are public. Others may change at any time."]
+    """List the packages with public names. Each has a page of its own."""
+    parts = [
+        "# Python",
+        "Names in `__all__` are public. Others may change at any time.",
+        "| package | content | names |\n| --- | --- | --- |",
+    ]
     for package in PACKAGES:
         module = importlib.import_module(f"eyehand.{package}")
-        parts += [f"## eyehand.{package}", _docstring(module).partition("\n\n")[0]]
-        for name in module.__all__:
-            value = getattr(module, name)
-            if inspect.isclass(value) or inspect.isroutine(value):
-                parts += [f"### {package}.{name}", _fenced(_signature(name, value))]
-                parts.append(_fenced(_docstring(value)))
-                members = _members(value) if inspect.isclass(value) else {}
-                if members:
-                    rows = (f"| `{name}` | {_escaped(text)} |" for name, text in members.items())
-                    parts.append("\n".join(("| member | meaning |", "| --- | --- |", *rows)))
+        about = _escaped(" ".join(_docstring(module).partition("\n\n")[0].split()))
+        names = ", ".join(
+            f"[`{name}`](python/{package}.md#{name.lower()})" for name in _documentable(module)
+        )
+        parts[-1] += f"\n| [eyehand.{package}](python/{package}.md) | {about} | {names} |"
     return "\n\n".join(parts) + "\n"
+
+
+def package_page(package: str) -> str:
+    """Describe the public names of a package, from their docstrings."""
+    module = importlib.import_module(f"eyehand.{package}")
+    parts = [f"# eyehand.{package}", _docstring(module).partition("\n\n")[0]]
+    for name in _documentable(module):
+        value = getattr(module, name)
+        parts += [f"## {name}", _fenced(_signature(name, value)), _fenced(_docstring(value))]
+        members = _members(value) if inspect.isclass(value) else {}
+        if members:
+            rows = (f"| `{name}` | {_escaped(text)} |" for name, text in members.items())
+            parts.append("\n".join(("| member | meaning |", "| --- | --- |", *rows)))
+    return "\n\n".join(parts) + "\n"
+
+
+def _documentable(module: Any) -> list[str]:
+    """Return the public classes and functions of a package."""
+    values = ((name, getattr(module, name)) for name in module.__all__)
+    return [name for name, value in values if inspect.isclass(value) or inspect.isroutine(value)]
 
 
 def _members(value: type) -> dict[str, str]:

@@ -31,14 +31,17 @@ def test_page_of_commands_describes_all_commands_and_options():
     assert "One of `lift`, `move`, `hand-over`, `use`. | `lift` |" in page
 
 
-def test_page_of_python_describes_all_public_names():
-    page = HOOK["python_page"]()
-    assert "\n### perception.perceive\n" in page
-    assert "\n### control.ApproachController\n" in page
-    assert page.count("\n### ") > 200
+def test_pages_of_python_describe_all_public_names():
+    pages = HOOK["pages"]()
+    assert "[`perceive`](python/perception.md#perceive)" in pages["python.md"]
+    packages = {name: text for name, text in pages.items() if name.startswith("python/")}
+    assert "\n## perceive\n" in packages["python/perception.md"]
+    assert "\n## ApproachController\n" in packages["python/control.md"]
+    assert sum(text.count("\n## ") for text in packages.values()) > 200
     # A field, a method, and a member of a protocol.
-    assert "| `max_extent` | " in page
-    assert "| `distance()` | " in page
+    everything = "".join(packages.values())
+    assert "| `max_extent` | " in everything
+    assert "| `distance()` | " in everything
 
 
 def test_page_of_examples_shows_all_scripts():
@@ -47,7 +50,7 @@ def test_page_of_examples_shows_all_scripts():
 
 
 def test_every_page_is_in_the_navigation():
-    listed = set(re.findall(r": ([\w/]+\.md)$", (ROOT / "mkdocs.yml").read_text(), re.MULTILINE))
+    listed = set(re.findall(r": ([\w/.]+\.md)$", (ROOT / "mkdocs.yml").read_text(), re.MULTILINE))
     docs = ROOT / "docs"
     written = {path.relative_to(docs).as_posix() for path in docs.rglob("*.md")}
     assert listed == written | set(HOOK["pages"]())
@@ -74,6 +77,23 @@ def test_site_builds_without_warnings_and_loads_nothing_from_other_servers(site)
         assert not [address for address in loaded if "//" in address], page.name
 
 
-@pytest.mark.parametrize("name", ["index", "commands", "results", "gallery", "guides/perceive"])
+@pytest.mark.parametrize(
+    "name", ["index", "commands", "results", "gallery", "guides/perceive", "python/control"]
+)
 def test_pages_of_the_site_work_in_a_browser(site, browser, name):
     check_page(browser, (site / f"{name}.html").as_uri())
+
+
+def test_search_finds_pages_without_a_server(site, browser):
+    browser.open((site / "index.html").as_uri())
+    browser.value("document.querySelector('[name=query]').focus()")
+    browser.value(
+        "(() => { const field = document.querySelector('[name=query]'); field.value = 'calibrate';"
+        "field.dispatchEvent(new KeyboardEvent('keyup')); })()"
+    )
+    browser.wait_for("document.querySelectorAll('.md-search-result__item').length > 0")
+    assert "Calibrate the camera's pose" in browser.value(
+        "document.querySelector('.md-search-result__list').innerText"
+    )
+    assert browser.errors == []
+    assert all(address.startswith(("file:", "data:")) for address in browser.requests)

@@ -40,7 +40,7 @@ def track_picture(
         Source of the figure for the footer.
     """
     figure, (above, below) = new_chart(
-        "Position and pressure converge in a third of a second on hard and soft objects",
+        "Position and pressure converge in a third of a second",
         "one servo setting; simulated arm and pad; grey: within 5 % of the goal; dots: mean "
         "response time",
         rows=2,

@@ -39,7 +39,8 @@ def touch_view(
     ----------
     source
         A recording (FILE.mcap), `serial:PORT` for a 16 x 16 array, `shear:PORT` for a 4 x 6 array
-        with shear, or a simulated sensor: ideal, good, real, harsh.
+        with shear, `module:Class` for a class of your own without arguments, or a simulated sensor:
+        ideal, good, real, harsh.
     calibration
         Calibration of the sensor, a .npz file of `save_calibration`. A recording may contain one.
     out

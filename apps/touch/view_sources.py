@@ -21,6 +21,7 @@ from eyehand.errors import InputError
 from eyehand.tactile import Calibration, calibrate
 from eyehand.tactile.sensors import RecordedSensor, TactileSensor, serial_4x6_shear, serial_16x16
 
+from ..named_import import import_named
 from .stress_world import TACTELS, compiled_world
 
 SERIAL = {"serial": serial_16x16, "shear": serial_4x6_shear}
@@ -39,7 +40,7 @@ def open_source(source: str, seed: int) -> tuple[TactileSensor, Calibration | No
     Raises
     ------
     InputError
-        If the name is unknown, or the recording cannot be read.
+        If the name is unknown, the recording cannot be read, or the class is no sensor.
     DeviceError
         If the serial line cannot be opened.
     """
@@ -51,10 +52,24 @@ def open_source(source: str, seed: int) -> tuple[TactileSensor, Calibration | No
     if Path(source).suffix == ".mcap":
         recording = RecordedSensor(source, speed=1.0)
         return recording, recording.calibration
+    if prefix and port:
+        return _own(source), None
     raise InputError(
-        f"source must be a .mcap file, serial:PORT, shear:PORT or a simulated sensor "
+        f"source must be a .mcap file, serial:PORT, shear:PORT, module:Class or a simulated sensor "
         f"({', '.join(SENSORS)}), got {source!r}"
     )
+
+
+def _own(source: str) -> TactileSensor:
+    """Make a sensor of a class that is named as module:Class and needs no arguments."""
+    try:
+        sensor = import_named(source, "sensor")()
+    except TypeError as error:
+        raise InputError(f"the sensor {source!r} must need no arguments: {error}") from error
+    missing = [name for name in ("info", "read", "close") if not hasattr(sensor, name)]
+    if missing:
+        raise InputError(f"the sensor {source!r} must have info, read and close, lacks {missing}")
+    return sensor
 
 
 def counts_calibration(sensor: TactileSensor) -> Calibration:

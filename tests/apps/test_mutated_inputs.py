@@ -18,7 +18,9 @@ from eyehand.apps.main import main
 from eyehand.apps.mesh_file import mesh_bytes
 from eyehand.data_synth import LBR_ARM
 from eyehand.perception import CameraIntrinsics, DepthFrame, write_cloud, write_frame
-from eyehand.perception.cameras import write_ros_frames
+from eyehand.perception.cameras import RosWriter, ros_header, write_ros_frames
+
+Writer = pytest.importorskip("mcap_ros2.writer", reason="bags need the extra [ros]").Writer
 
 SAMPLE, ALL = 100, 1100
 """Number of mutations in the fast and in the slow test."""
@@ -27,6 +29,8 @@ BATCH = 50
 MAX_CPU_S, MAX_GROWTH_KB = 10.0, 1_000_000
 """Limits of one command: processor time, and growth of the peak resident set of this process."""
 DESCRIPTIONS = Path(__file__).parents[2] / "grasping" / "hands" / "descriptions"
+REGION = ("x_offset", "y_offset", "height", "width", "do_rectify")
+"""Fields of sensor_msgs/RegionOfInterest."""
 HTML = "<img src=x onerror=alert(1)>"
 WORDS = [
     *("nan", "inf", "-inf", "1e308", "-1e308", "1e400", "-1", "0", "9" * 30, "0x10", "1,5", "٣"),
@@ -125,6 +129,8 @@ def mutated(data: bytes, name: str, rng: np.random.Generator) -> bytes:
         return data[:at] + rng.bytes(int(rng.integers(1, 40))) + data[at:]
     if name.endswith(".npz"):
         return odd_archive(rng)
+    if name.endswith(".mcap"):
+        return odd_bag(rng)
     word = WORDS[rng.integers(len(WORDS))].encode()
     pieces = data.split(b" ") if kind == 5 else data.split(b'"') if kind == 6 else data.split(b":")
     pieces[rng.integers(len(pieces))] = word
@@ -150,6 +156,36 @@ def odd_archive(rng: np.random.Generator) -> bytes:
     names = ("depth", "points", "intrinsics", "K", "colour", "T_world_camera", "depth_scale_m")
     file = io.BytesIO()
     np.savez(file, **{one: odd[rng.integers(len(odd))] for one in names if rng.random() < 0.6})
+    return file.getvalue()
+
+
+def odd_bag(rng: np.random.Generator) -> bytes:
+    """Return a whole recording, with right checksums, in which one field of a message is odd."""
+    image = {"height": 4, "width": 6, "encoding": "32FC1", "is_bigendian": 0, "step": 24}
+    image["data"] = bytes(96)
+    camera = {"height": 4, "width": 6, "distortion_model": "plumb_bob", "d": [0.0] * 5}
+    camera |= {"k": [5.0, 0, 3, 0, 5, 2, 0, 0, 1], "r": np.eye(3).ravel().tolist(), "p": [0.0] * 12}
+    camera |= {"binning_x": 0, "binning_y": 0, "roi": dict.fromkeys(REGION, 0)}
+    odd: list[tuple[dict[str, object], str, object]] = [
+        *((image, side, value) for side in ("height", "width", "step") for value in (0, 2**32 - 1)),
+        *((image, "encoding", value) for value in ("", "16UC1", "mono8", HTML, "é" * 300)),
+        *((image, "data", value) for value in (b"", bytes(95), b"\xff" * 96)),
+        *((camera, side, value) for side in ("height", "width") for value in (0, 2**32 - 1)),
+        *((camera, "k", [value] * 9) for value in (0.0, -1.0, 1e308, float("nan"))),
+        *((camera, "d", value) for value in ([], [1e308] * 5, [0.0] * 300)),
+        *((camera, "distortion_model", value) for value in ("", HTML)),
+        *((camera, "binning_x", value) for value in (7, 2**32 - 1)),
+    ]
+    message, field, value = odd[rng.integers(len(odd))]
+    message[field] = value
+    file = io.BytesIO()
+    writer = Writer(file)
+    bag = RosWriter(writer)
+    for seconds in (0.0, 0.1):
+        head = {"header": ros_header(seconds, "../camera")}
+        bag.write("/camera/camera_info", "sensor_msgs/CameraInfo", head | camera, seconds)
+        bag.write("/camera/depth", "sensor_msgs/Image", head | image, seconds)
+    writer.finish()
     return file.getvalue()
 
 
@@ -229,3 +265,9 @@ def test_names_with_markup_are_escaped_in_pages(originals, capsys):
     Path("hand.json").write_text(json.dumps({**hand, "name": HTML}))
     for words in (["fit", cloud, "--page", "p.html"], COMMANDS["hand.json"].split()):
         check_run(words, capsys, str(words))
+
+
+def test_bags_with_odd_messages(originals, capsys):
+    for seed in range(30):
+        Path("look.mcap").write_bytes(odd_bag(np.random.default_rng(seed)))
+        check_run(COMMANDS["look.mcap"].split(), capsys, f"odd bag {seed}")

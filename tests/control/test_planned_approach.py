@@ -6,12 +6,15 @@ from typing import cast
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import RigidTransform
 
 from eyehand.apps.motion.reach_methods import ControllerMethod, reaching_world
 from eyehand.apps.motion.reach_outcome import ReachOptions, run_reach
 from eyehand.control import (
+    Box,
     CollisionWorld,
     JointPath,
+    Obstacle,
     PlannedApproach,
     PlannerOptions,
     RobotModel,
@@ -27,6 +30,7 @@ from eyehand.control.joint_planner import find_path, make_space, solutions
 from eyehand.control.options import ControlOptions
 from eyehand.control.planner import _Search
 from eyehand.control.tasks import AxisAlignment, PointOnPlane, Position
+from eyehand.data_synth import LBR_ARM
 from eyehand.data_synth.scenes import make_reaching_scene
 
 
@@ -363,3 +367,18 @@ def test_restart_forgets_a_search_in_the_background():
     while "stuck" not in statuses and time.monotonic() < deadline:
         statuses.add(far.step(world.robot.home).status)
     assert statuses == {"moving", "stuck"}
+
+
+def test_goal_inside_an_obstacle_ends_as_stuck_and_names_it():
+    robot = RobotModel.load(LBR_ARM, "tool")
+    pose = RigidTransform.from_translation([0.4, 0.3, 0.2])
+    block = Obstacle("block", Box(half_extents=np.array([0.1, 0.1, 0.2])), pose)
+    world = CollisionWorld(robot, [block])
+    approach = PlannedApproach(world, [Position(pose.translation)])
+    q, cycles = robot.home, 1
+    # It brakes before it searches; only the end has another status than "moving".
+    while (step := approach.step(q)).status == "moving" and cycles < 2000:
+        q = q + approach.options.dt * step.velocity
+        cycles += 1
+    assert step.status == "stuck"
+    assert "block" in step.reason

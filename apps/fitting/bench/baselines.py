@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import sys
-from importlib import import_module
-from pathlib import Path
 from typing import TYPE_CHECKING, Protocol, cast
 
 from eyehand.errors import InputError
+
+from ...named_import import import_named
 
 if TYPE_CHECKING:
     import numpy as np
@@ -66,14 +65,4 @@ def find_baseline(name: str) -> Fitter:
     if not (module and colon and function):
         known = f" or one of {', '.join(BASELINES)}" if BASELINES else ""
         raise InputError(f"a baseline must be module:function{known}, got {name!r}")
-    here = str(Path.cwd())
-    sys.path.insert(0, here)
-    try:
-        found = getattr(import_module(module), function)
-    except (ImportError, AttributeError) as error:
-        raise InputError(f"cannot import the baseline {name!r}: {error}") from error
-    finally:
-        sys.path.remove(here)
-    if not callable(found):
-        raise InputError(f"the baseline {name!r} must be a function, got a {type(found).__name__}")
-    return cast("Fitter", found)
+    return cast("Fitter", import_named(where, "baseline"))

@@ -191,3 +191,44 @@ def test_side_force_is_drawn_only_with_a_calibration(monkeypatch):
             page.show(reading)
     assert drawn[0] is reading.side_force
     assert drawn[1] is None
+
+
+OWN = """
+import numpy as np
+from eyehand.tactile import TactileArray
+from eyehand.tactile.sensors import SensorInfo, TactileFrame
+
+class Mine:
+    info = SensorInfo("my array", TactileArray.flat(2, 3, 0.005), 250.0)
+    images = 0
+
+    def read(self, timeout=1.0):
+        self.images += 1
+        return TactileFrame(self.images / 250.0, np.arange(100, 106, dtype=np.uint16))
+
+    def close(self):
+        pass
+
+class Empty:
+    pass
+
+class Greedy(Mine):
+    def __init__(self, port):
+        pass
+"""
+
+
+def test_own_sensor_class_is_a_source(tmp_path, monkeypatch):
+    (tmp_path / "my_array.py").write_text(OWN)
+    monkeypatch.chdir(tmp_path)
+    sensor, calibration = open_source("my_array:Mine", 0)
+    assert sensor.info.name == "my array"
+    assert calibration is None
+    for source, message in (
+        ("my_array:Empty", "must have info, read and close"),
+        ("my_array:Greedy", "must need no arguments"),
+        ("my_array:Missing", "cannot import the sensor"),
+        ("no_such_module:Mine", "cannot import the sensor"),
+    ):
+        with pytest.raises(InputError, match=message):
+            open_source(source, 0)

@@ -110,7 +110,7 @@ def test_options_are_passed_to_the_fit(tmp_path, capsys, monkeypatch):
         (["--baseline", "nobody"], "a baseline must be module:function"),
         (["--baseline", "no_such_module:fit"], "cannot import the baseline 'no_such_module:fit'"),
         (["--baseline", f"{HERE}nothing"], "cannot import the baseline"),
-        (["--baseline", f"{HERE}HERE"], "must be a function, got a str"),
+        (["--baseline", f"{HERE}HERE"], "must be callable, got a str"),
         (["--optimiser", "hope"], "optimiser must be one of"),
         (["--budget-ms", "0.0001"], "no fit is as fast as 0.0001 ms"),
     ],
