@@ -18,8 +18,7 @@ from .grasp.jaw_choice import JawChoice
 from .grasp.jaw_frame import GraspedFrame, grasp_frame
 from .grasp.jaw_table import frame_json, grasp_rows, grasp_table, object_notes
 from .output_files import make_folder, write_picture, write_text
-from .perceived_frame import load_kernels
-from .usable_frame import check_usable
+from .perceived_frame import check_usable, load_kernels
 
 MAX_CALIBRATION_ERROR = 50.0
 """Maximum of --calibration-error, mm."""

@@ -14,11 +14,10 @@ from .console import print_json, say, show
 from .frame_masks import FrameMasks
 from .frame_stream import check_source, open_frames
 from .output_files import write_perceived_frame
-from .perceived_frame import PerceivedFrame, load_kernels, perceive_and_plan
+from .perceived_frame import PerceivedFrame, check_usable, load_kernels, perceive_and_plan
 from .ros_markers import check_mcap, scene_writer, write_scene
 from .run_folder import claim_folder
 from .scene_table import scene_rows, scene_table
-from .usable_frame import check_usable
 
 PERIOD_S = 0.1
 """Time between the frames in a file of --mcap, s. Frames of files carry no time."""

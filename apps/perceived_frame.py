@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from eyehand.errors import InputError
 from eyehand.grasping import GraspOptions, GraspPlan, select_prototype
 from eyehand.perception import (
     DepthFrame,
@@ -19,6 +21,10 @@ from eyehand.perception import (
 )
 
 from .console import say
+
+if TYPE_CHECKING:
+    from eyehand.perception import Segmentation
+
 
 CAMERA_UP = (0.0, -1.0, 0.0)
 """Up direction in the camera frame when neither gravity nor a camera pose is known."""
@@ -63,3 +69,28 @@ def load_kernels() -> None:
     if not kernels_are_cached():
         say("first run: compiling numerical kernels (once, about half a minute) ...")
     warm_up()
+
+
+UNUSABLE = ("camera", "noise", "constant")
+"""Kinds of warnings after which no result is of use. A live camera or a recording goes on after
+them, because its next frame can be better. A file has no next frame."""
+
+
+def check_usable(found: Segmentation, source: str = "") -> None:
+    """Check that the frame of a segmentation can be used.
+
+    Parameters
+    ----------
+    found
+        The segmentation.
+    source
+        The file, for the message.
+
+    Raises
+    ------
+    InputError
+        If the frame shows noise or nothing, or the camera is implausible.
+    """
+    for warning in found.warnings:
+        if warning.kind in UNUSABLE:
+            raise InputError(f"{source}: {warning.message}" if source else warning.message)

@@ -17,13 +17,12 @@ from eyehand.perception import DepthFrame, read_frame
 
 from .console import print_json, say, show
 from .output_files import write_perceived_frame, write_picture
-from .perceived_frame import PerceivedFrame, load_kernels, perceive_and_plan
+from .perceived_frame import PerceivedFrame, check_usable, load_kernels, perceive_and_plan
 from .run_folder import claim_folder
 from .scene_picture import depth_picture, overlay_picture
 from .scene_table import scene_rows, scene_table
 from .segmentation.score import SegmentationScore, score_segmentation
 from .synth import MAX_OBJECTS
-from .usable_frame import check_usable
 
 SAMPLE = Path(__file__).parent / "sample" / "depth.png"
 """Sample frame in the package, made by `eyehand synth`."""

@@ -27,7 +27,7 @@ from eyehand.perception.io import (
     read_cloud,
 )
 
-from ..usable_frame import check_usable
+from ..perceived_frame import check_usable
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

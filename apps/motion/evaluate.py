@@ -28,8 +28,7 @@ from .moving_obstacles import moving_rows
 from .reach_chart import reach_chart
 from .reach_methods import BASELINE, BASELINE_PLANNED, BASELINES, METHODS, PLANNED
 from .reach_outcome import Goal, ReachOptions
-from .reach_run import ReachRecord, run_scene
-from .reach_summary import summary_row
+from .reach_run import ReachRecord, run_scene, summary_row
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence

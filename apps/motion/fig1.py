@@ -6,8 +6,7 @@ from pathlib import Path
 
 from ..bench import Experiment, ExperimentResult, TrialPlan, result_table, run_experiment
 from .fig1_picture import fig1_picture
-from .fig1_run import DEFAULT, fig1_faults, fig1_rows, run_fig1
-from .fig1_scene import fig1_scene
+from .fig1_run import DEFAULT, fig1_faults, fig1_rows, fig1_scene, run_fig1
 
 
 def experiment_fig1(*, out: Path = Path("out/experiment_fig1"), json: bool = False) -> int:

@@ -24,7 +24,7 @@ from ..bench.chart_style import (
     TEXT,
     WIDTH,
 )
-from .fig1_scene import OPTIONS, Fig1Scene
+from .fig1_run import OPTIONS, Fig1Scene
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

@@ -15,9 +15,8 @@ from eyehand.perception import SegmentationOptions, segment
 from ..bench import machine_line, write_csv
 from ..bench.experiment import markdown_table, result_table
 from ..output_files import write_text
-from ..perceived_frame import load_kernels
+from ..perceived_frame import check_usable, load_kernels
 from ..run_folder import claim_folder
-from ..usable_frame import check_usable
 from .point_frames import PointFrame, Verdict, frames_by_camera, read_point_frames, score_points
 from .self_agreement import NOISE_SEED, disturbed_frame, self_agreement
 

@@ -15,7 +15,7 @@ from eyehand.perception import DepthFrame, Segmentation, SegmentationOptions, se
 from eyehand.perception.io import naming
 
 from ..bench.peak_memory import peak_megabytes
-from ..usable_frame import check_usable
+from ..perceived_frame import check_usable
 from .dataset import FrameSource
 from .score import SegmentationScore, score_segmentation
 from .self_agreement import disturbed_frame, self_agreement

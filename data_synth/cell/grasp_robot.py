@@ -26,9 +26,8 @@ from .spec_assembly import match_options, prepare_for_attachment, set_base
 from .synergy_drives import SynergyDrives
 from .synergy_hand_model import synergy_hand_model
 from .tendon_drives import TendonDrives
-from .tendon_geometry import joint_springs, moment_arms
+from .tendon_geometry import joint_springs, moment_arms, tendon_posture
 from .tendon_hand_model import PALM_SITE, tendon_hand_model
-from .tendon_posture import tendon_posture
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

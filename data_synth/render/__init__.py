@@ -4,10 +4,9 @@ Renderers by OpenGL and by ray casting, the noise of a depth camera, models of f
 cameras, a synthetic camera, and images of scenes that are given object by object (`StagedScene`).
 """
 
-from .depth_noise import DepthNoise, add_depth_noise, axial_sigma
+from .depth_noise import DepthNoise, add_depth_noise, add_dex_noise, axial_sigma
 from .depth_renderer import Backend, open_renderer, render_scene
 from .depth_sensor import SENSORS, DepthSensor, SensorName, sense_depth, sensor_of
-from .dex_noise import add_dex_noise
 from .gl_probe import gl_fault, gl_module
 from .gl_renderer import GlRenderer
 from .rendered_view import DepthRenderer, RenderedView

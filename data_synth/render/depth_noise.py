@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from eyehand.errors import InputError
 
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from eyehand.perception import CameraIntrinsics
+
 
 AXIAL_BASE_M = 0.0012
 AXIAL_GROWTH_PER_M = 0.0019
@@ -298,3 +300,38 @@ def _holes(
     field = np.asarray(cv2.resize(grid, (width, height), interpolation=cv2.INTER_CUBIC))
     # A third of the rows and columns gives the quantile accurately enough, in a ninth of the time.
     return field > np.quantile(field[::3, ::3], 1 - noise.hole_share)
+
+
+SHAPE, SCALE = 1000.0, 0.001
+"""Parameters of the gamma distribution of the factor of the whole image: mean 1, σ 3.2 %."""
+BLOTCH_SIGMA = 0.005
+"""Standard deviation of the blotches, m."""
+BLOTCH_PX = 4
+"""Distance between two independent values of the blotches, px."""
+BLOTCH_SHARE = 0.5
+"""Share of the frames with blotches."""
+
+
+def add_dex_noise(depth: NDArray[np.float32], rng: np.random.Generator) -> NDArray[np.float32]:
+    """Multiply a depth image by one random factor and, in half the frames, add smooth blotches.
+
+    The noise of Dex-Net 2.0 (Mahler et al. 2017) with the parameters of GIGA's code.
+
+    Parameters
+    ----------
+    depth
+        Depth (H, W), m; 0 = no reading.
+    rng
+        Source of randomness.
+
+    Returns
+    -------
+    NDArray
+        Depth (H, W) float32, m. Pixels without a reading stay 0.
+    """
+    rows, columns = depth.shape
+    noisy = depth * np.float32(rng.gamma(SHAPE, SCALE))
+    if rng.random() < BLOTCH_SHARE:
+        coarse = rng.standard_normal((rows // BLOTCH_PX, columns // BLOTCH_PX)) * BLOTCH_SIGMA
+        noisy = noisy + cv2.resize(coarse, (columns, rows), interpolation=cv2.INTER_LINEAR)
+    return np.where(depth > 0, np.maximum(noisy, 1e-3), 0.0).astype(np.float32)

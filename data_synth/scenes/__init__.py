@@ -35,8 +35,7 @@ from .furnished_scene import (
     FurnishedScene,
 )
 from .mesh_object import MeshObject
-from .object_folder import FolderObject, read_objects
-from .object_split import Split, select_half
+from .object_folder import FolderObject, Split, read_objects, select_half
 from .piece_object import PieceObject, read_piece_objects
 from .reaching import (
     MAX_BOXES,

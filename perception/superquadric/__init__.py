@@ -1,13 +1,12 @@
 """Superquadrics: the shape, its surface, and the fit to the points of one view."""
 
-from .budget import FORMAT as FRONT_FORMAT
-from .budget import STORED_FRONT
 from .canonical import canonical
 from .extents import SideEstimate, WidthEstimate
 from .fit import fit_superquadric
 from .free_space import FreeSpace, covered_share, outline_shares
 from .kinds import EDGE_EXPONENT
-from .options import MAX_PARTS, FitOptions, OptimiserName
+from .options import FORMAT as FRONT_FORMAT
+from .options import MAX_PARTS, STORED_FRONT, FitOptions, OptimiserName
 from .result import CandidateSolid, SuperquadricFit
 from .shape import MAX_EXPONENT, MAX_TAPER, MIN_EXPONENT, PARAMETER_COUNT, Kind, Superquadric
 from .surface import mesh, sample_surface

@@ -17,8 +17,7 @@ from eyehand.apps.motion.reach_methods import (
     reaching_world,
 )
 from eyehand.apps.motion.reach_outcome import ReachOptions, ReachOutcome
-from eyehand.apps.motion.reach_run import ReachRecord, run_scene
-from eyehand.apps.motion.reach_summary import summary_row, wilson_interval
+from eyehand.apps.motion.reach_run import ReachRecord, run_scene, summary_row, wilson_interval
 from eyehand.control import JointPath
 from eyehand.data_synth.scenes import make_reaching_scene
 from eyehand.errors import InputError

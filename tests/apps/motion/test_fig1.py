@@ -8,8 +8,14 @@ import numpy as np
 import pytest
 
 from eyehand.apps.motion.fig1 import experiment_fig1
-from eyehand.apps.motion.fig1_run import fig1_faults, fig1_rows, run_fig1
-from eyehand.apps.motion.fig1_scene import BETAS, fig1_options, fig1_scene
+from eyehand.apps.motion.fig1_run import (
+    BETAS,
+    fig1_faults,
+    fig1_options,
+    fig1_rows,
+    fig1_scene,
+    run_fig1,
+)
 
 NAMES = ["beta 0", "beta 0.5", "beta 1", "beta 2", "beta 5", "dynamic", "default"]
 

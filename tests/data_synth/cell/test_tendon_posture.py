@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from eyehand.data_synth.cell.tendon_posture import tendon_posture
+from eyehand.data_synth.cell.tendon_geometry import tendon_posture
 
 MOMENTS = np.array([[0.012, 0.0045, 0.0014], [0.0, 0.008, 0.005]])
 STIFFNESS = np.array([0.05, 0.04, 0.03])

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from eyehand.data_synth import TabletopObject, TabletopOptions, TabletopScene, make_scene
 from eyehand.data_synth.render import RenderedView, render_scene
-from eyehand.data_synth.scenes import Family, family_rules, tabletop
-from eyehand.data_synth.scenes.family_rules import TOUCH_GAP_M, carried_count
+from eyehand.data_synth.scenes import Family, tabletop
+from eyehand.data_synth.scenes.tabletop import TOUCH_GAP_M, carried_count
 from eyehand.data_synth.scenes.tabletop_physics import TabletopPhysics
 from eyehand.data_synth.scenes.viewpoint import MIN_VISIBLE_SHARE
 from eyehand.errors import InputError
@@ -174,15 +174,15 @@ def test_impossible_dropped_scene_raises_with_reason(
 ):
     monkeypatch.setattr(tabletop, "MAX_DRAWS", 2)
     monkeypatch.setattr(tabletop, "MAX_SETTLE_S", limits.get("settle", tabletop.MAX_SETTLE_S))
-    share = limits.get("contact", family_rules.PILE_CONTACT_SHARE)
-    monkeypatch.setattr(family_rules, "PILE_CONTACT_SHARE", share)
+    share = limits.get("contact", tabletop.PILE_CONTACT_SHARE)
+    monkeypatch.setattr(tabletop, "PILE_CONTACT_SHARE", share)
     options = TabletopOptions(family=family, count_range=(9, 9), **changes)
     with pytest.raises(InputError, match=message):
         make_scene(0, options)
 
 
 def test_contact_share_of_one_gives_pile_in_full_contact(monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(family_rules, "PILE_CONTACT_SHARE", 1.0)
+    monkeypatch.setattr(tabletop, "PILE_CONTACT_SHARE", 1.0)
     options = TabletopOptions(family="piled", count_range=(4, 4))
     scene = make_scene(0, options)
     physics = physics_of(scene)

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from eyehand.data_synth.scenes import select_half
-from eyehand.data_synth.scenes.object_split import half_of
+from eyehand.data_synth.scenes.object_folder import half_of
 from eyehand.errors import InputError
 
 ROOT = Path(__file__).resolve().parents[3]

@@ -10,7 +10,7 @@ from scipy.spatial import KDTree
 
 from eyehand.data_synth import TabletopOptions, TabletopScene, ViewOptions, make_scene
 from eyehand.data_synth.scenes import MAX_OBJECTS, Family, placement, tabletop
-from eyehand.data_synth.scenes.family_rules import MAX_DRIFT_M
+from eyehand.data_synth.scenes.tabletop import MAX_DRIFT_M
 from eyehand.data_synth.scenes.tabletop_physics import TabletopPhysics
 from eyehand.errors import InputError
 from eyehand.perception.superquadric import Kind, sample_surface

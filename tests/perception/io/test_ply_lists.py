@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from eyehand.errors import InputError
+from eyehand.perception.io.ply import read_vertex_lists
 from eyehand.perception.io.ply_header import PlyElement, PlyHeader, PlyProperty
-from eyehand.perception.io.ply_lists import read_vertex_lists
 
 LIST = PlyProperty("vertex_indices", "i4", "u1")
 FLAGS = PlyProperty("flags", "i2")

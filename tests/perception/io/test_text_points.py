@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from eyehand.errors import InputError
-from eyehand.perception.io.text_points import parse_text_points, points_text
+from eyehand.perception.io.point_cloud import parse_text_points, points_text
 
 EXPECTED = [[0.1, -2, 3e-3], [4, 5, 6]]
 

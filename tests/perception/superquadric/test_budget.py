@@ -7,7 +7,7 @@ import pytest
 from eyehand.errors import InputError
 from eyehand.perception import FitOptions
 from eyehand.perception.stored_front import StoredFront
-from eyehand.perception.superquadric.budget import (
+from eyehand.perception.superquadric.options import (
     FORMAT,
     STORED_FRONT,
     FrontPoint,

@@ -11,8 +11,11 @@ from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.perception import FitOptions, FreeSpace, Superquadric
 from eyehand.perception.superquadric import covered_share, sample_surface
-from eyehand.perception.superquadric.constrained import refine_in_free_space
-from eyehand.perception.superquadric.constraint_kernels import ray_depths, whitened_ray_depths
+from eyehand.perception.superquadric.constrained import (
+    ray_depths,
+    refine_in_free_space,
+    whitened_ray_depths,
+)
 from eyehand.perception.superquadric.cost_kernels import normal_equations
 from eyehand.perception.superquadric.kinds import basis
 from eyehand.perception.superquadric.levenberg_marquardt import (

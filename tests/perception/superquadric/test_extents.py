@@ -9,7 +9,7 @@ from scipy.spatial.transform import RigidTransform, Rotation
 from eyehand.errors import InputError
 from eyehand.perception import FitOptions, Superquadric, SuperquadricFit, fit_superquadric
 from eyehand.perception.superquadric import PARAMETERS, Kind, sample_surface
-from eyehand.perception.superquadric.misfit import correlated_misfit
+from eyehand.perception.superquadric.extents import correlated_misfit
 
 CAMERA = np.array([0.35, -0.5, 0.45])
 NOISE = 0.001

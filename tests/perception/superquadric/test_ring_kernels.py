@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from eyehand.perception.superquadric.ring_kernels import (
+from eyehand.perception.superquadric.ring import (
     RIM_NOISE,
     SECTOR_RANK,
     SECTORS,
