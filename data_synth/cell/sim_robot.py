@@ -20,6 +20,7 @@ from .arm_servos import ArmServos
 from .cell_appearance import DISPLAY_EYE, DISPLAY_FOCAL_SHARE, DISPLAY_TARGET
 from .contact_record import ContactRecord
 from .fingertip_pads import FingertipPads
+from .grasp_cell import add_pedestal
 from .grasp_world import ROBOT_PREFIX, GraspWorld
 
 if TYPE_CHECKING:
@@ -138,12 +139,14 @@ class SimRobot:
         return self._data
 
     def description(self, posture: NDArray[np.float64]) -> Any:
-        """Return the `MjSpec` of arm and hand for the controller.
+        """Return the `MjSpec` of arm, hand and pedestal for the controller.
 
         Its keyframe ``home`` holds the hand's joints at tendon excursions (D,) or a width (1,), m.
         """
         robot = self._world.robot
-        return robot.description(robot.home, posture, self._world.cell.T_world_base)
+        spec = robot.description(robot.home, posture, self._world.cell.T_world_base)
+        add_pedestal(spec, self._world.cell)
+        return spec
 
     def read(self) -> RobotReading:
         """Return the current state."""

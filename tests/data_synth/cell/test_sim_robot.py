@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import RigidTransform
 
-from eyehand.control import RobotModel
+from eyehand.control import CollisionWorld, RobotModel
 from eyehand.data_synth.cell import GraspCell, GraspRobot, GraspWorld, SimRobot
 from eyehand.data_synth.scenes import TabletopObject
 from eyehand.errors import InputError
@@ -67,6 +67,15 @@ def test_commanded_velocity_is_tracked_without_lag(world: GraspWorld):
         goal += robot.period * velocity
         errors.append(np.abs(robot.step(velocity).q - goal).max())
     assert max(errors) < 0.01
+
+
+def test_control_avoids_the_pedestal(world: GraspWorld):
+    robot = SimRobot(world)
+    model = RobotModel.load(robot.description(np.zeros(5)), robot.hand_frame, joints=robot.joints)
+    pairs = CollisionWorld(model, ()).pair_names
+    parts = {one for one, other in pairs if other == "pedestal"}
+    assert "hand_palm_pad" in parts
+    assert "link1_shell" in parts
 
 
 def test_description_contains_pose_of_robot(world: GraspWorld):
