@@ -11,7 +11,8 @@ A page names the columns of a table before it. Each is a heading and a format of
     <!-- results NAME: scenes={name} | successful picks={success_pct:.1f} % -->
     <!-- end of results -->
 
-`results NAME where FIELD=VALUE:` keeps the rows with this value. Unknown values are shown as -.
+`results NAME where FIELD=VALUE:` keeps the rows with this value. Values that are unknown, or that
+only other rows have, are shown as -.
 """
 
 from __future__ import annotations
@@ -50,8 +51,11 @@ def main(arguments: list[str]) -> int:
 
 
 def store(name: str, command: str, report: dict[str, Any], folder: Path = DOCS / "results") -> Path:
-    """Write a report with its command and today's date to a folder of results."""
-    kept = {key: value for key, value in report.items() if key not in PRIVATE}
+    """Write a report with its command, today's date and this machine to a folder of results."""
+    from eyehand.apps.bench.machine import machine_line
+
+    kept = {"machine": machine_line()}
+    kept |= {key: value for key, value in report.items() if key not in PRIVATE}
     today = datetime.datetime.now(datetime.UTC).date().isoformat()
     folder.mkdir(exist_ok=True)
     file = folder / f"{name}.json"
@@ -86,13 +90,15 @@ def table(content: dict[str, Any], columns: str, where: Mapping[str, str]) -> st
     pairs = [column.strip().split("=", 1) for column in columns.split("|")]
     report = content["report"]
     lines = [[heading for heading, _ in pairs], ["---"] * len(pairs)]
-    kept = [row for row in report["rows"] if all(row[key] == value for key, value in where.items())]
+    fields = dict.fromkeys(field for row in report["rows"] for field in row)
+    rows = [fields | row for row in report["rows"]]
+    kept = [row for row in rows if all(row[key] == value for key, value in where.items())]
     lines += [[_filled(form, row) for _, form in pairs] for row in kept]
-    rows = "\n".join(f"| {' | '.join(line)} |" for line in lines)
+    text = "\n".join(f"| {' | '.join(line)} |" for line in lines)
     hidden = report.get("seed") is None or "--seed" in content["command"]
     seed = "" if hidden else f", seed {report['seed']}"
     machine = report.get("machine", "machine not recorded")
-    return f"{rows}\n\n`{content['command']}`{seed}, {content['date']}, {machine}."
+    return f"{text}\n\n`{content['command']}`{seed}, {content['date']}, {machine}."
 
 
 def _filled(form: str, row: Mapping[str, Any]) -> str:

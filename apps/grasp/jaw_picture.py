@@ -30,6 +30,8 @@ CROP_MARGIN = 0.12
 """Margin around objects and grippers in the image, as a share of their extent."""
 MIN_CROP = 0.35
 """Minimum width of the shown part of the image, as a share of the whole."""
+FORBIDDEN = (215, 0, 40)
+"""Colour of the ring around the rank of a grasp that must not be executed, RGB."""
 PAPER, INK, FAINT, DARK = (246, 247, 249), (34, 38, 43), (107, 114, 128), (20, 20, 20)
 FILL = 0.5
 """Opacity of the fingers in the image."""
@@ -43,7 +45,7 @@ RESOLUTION = 40
 def grasps_picture(found: GraspedFrame) -> NDArray[np.uint8]:
     """Draw the best grasp of each object, (H, W, 3) uint8 RGB.
 
-    The fingers of a grasp have the colour of its rank. The palm is drawn for the best grasp only.
+    A gripper has the colour of its object. The palm is drawn for the best grasp only.
     """
     drawn = drawn_grasps(found)
     image = _image_panel(found, drawn)
@@ -154,20 +156,23 @@ def _view_panel(found: GraspedFrame, drawn: list[DrawnGrasp]) -> NDArray[np.uint
 def _list_panel(found: GraspedFrame, drawn: list[DrawnGrasp], width: int) -> NDArray[np.uint8]:
     """Write one line for each drawn grasp."""
     notes = [
-        f"object {item.label}: no grasp: {found.why_none(item.label)}"
+        (f"object {item.label}: no grasp: {found.why_none(item.label)}", colour_of(item.label))
         for item in found.scene.objects
         if item.label not in found.best_ranks
     ][:MAX_NOTES]
     if len(found.best_ranks) > len(drawn):
-        notes.insert(0, f"{len(found.best_ranks) - len(drawn)} more objects have a grasp")
+        more = len(found.best_ranks) - len(drawn)
+        notes.insert(0, (f"{more} more objects have a grasp", np.full(3, 255, np.uint8)))
     lines = len(drawn) + len(notes) + 1
     panel = np.full((LINE_HEIGHT * lines + 16, width, 3), 255, np.uint8)
-    title = f"{found.hand.name}: best grasp of each object, {len(found.grasps)} grasps in all"
+    title = (
+        f"{found.hand.name}: best grasp of each object, {len(found.grasps)} grasps in all; "
+        "number: rank; colour: object; red ring: forbidden"
+    )
     _write(panel, title if drawn else found.grasps.reason, 16, 0, INK)
     for row, one in enumerate(drawn, 1):
         grasp = one.grasp
-        top = LINE_HEIGHT * row + 14
-        cv2.rectangle(panel, (16, top), (34, top + 18), one.colour, cv2.FILLED)
+        _swatch(panel, row, one.colour)
         text = (
             f"{one.rank}: object {grasp.object_label}, {1e3 * grasp.object_width:.0f} mm, "
             f"{approach_name(grasp)}, {100 * grasp.success:.0f} %"
@@ -175,9 +180,15 @@ def _list_panel(found: GraspedFrame, drawn: list[DrawnGrasp], width: int) -> NDA
         if grasp.forbidden_by:
             text += f", forbidden: {'; '.join(grasp.forbidden_by)}"
         _write(panel, text, 44, row, INK)
-    for row, note in enumerate(notes, len(drawn) + 1):
+    for row, (note, colour) in enumerate(notes, len(drawn) + 1):
+        _swatch(panel, row, tuple(colour.tolist()))
         _write(panel, note, 44, row, FAINT)
     return panel
+
+
+def _swatch(panel: NDArray[np.uint8], row: int, colour: tuple[int, ...]) -> None:
+    top = LINE_HEIGHT * row + 14
+    cv2.rectangle(panel, (16, top), (34, top + 18), colour, cv2.FILLED)
 
 
 def _write(
@@ -203,7 +214,8 @@ def _tag(
     radius = round(15 * scale)
     x = int(np.clip(place[0], radius, width - radius))
     y = int(np.clip(place[1], radius, height - radius))
-    cv2.circle(picture, (x, y), radius + 2, DARK, cv2.FILLED, cv2.LINE_AA)
+    ring, edge = (DARK, 2) if one.grasp.safe else (FORBIDDEN, 5)
+    cv2.circle(picture, (x, y), radius + edge, ring, cv2.FILLED, cv2.LINE_AA)
     cv2.circle(picture, (x, y), radius, one.colour, cv2.FILLED, cv2.LINE_AA)
     text, size = str(one.rank), 0.62 * scale
     (w, h), _ = cv2.getTextSize(text, FONT, size, 1)

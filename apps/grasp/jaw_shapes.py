@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..scene_picture import colour_of
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -14,20 +16,9 @@ if TYPE_CHECKING:
 
     from .jaw_frame import GraspedFrame
 
-RANK_COLOURS = (
-    (0, 158, 115),
-    (86, 180, 233),
-    (240, 200, 60),
-    (204, 121, 167),
-    (120, 110, 215),
-    (150, 210, 90),
-)
-"""Colours of the drawn grasps, the best first, RGB."""
-FORBIDDEN = (213, 94, 0)
-"""Colour of a grasp that must not be executed, RGB."""
 STEM = 0.03
 """Length of the line of the approach behind the boxes of the fingers, m."""
-MAX_DRAWN = len(RANK_COLOURS)
+MAX_DRAWN = 6
 """Maximum number of drawn grasps. More grippers would cover one another."""
 
 CORNERS = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
@@ -54,7 +45,7 @@ class DrawnGrasp:
     grasp: Grasp
     """The grasp."""
     colour: tuple[int, int, int]
-    """Colour, RGB."""
+    """Colour of the object, RGB."""
     fingers: NDArray[np.float64]
     """Corners of the boxes of both fingers, (n, 8, 3), m."""
     palm: NDArray[np.float64]
@@ -68,14 +59,11 @@ class DrawnGrasp:
 def drawn_grasps(found: GraspedFrame) -> list[DrawnGrasp]:
     """Return the best grasp of each object, at most `MAX_DRAWN`, the most probable first."""
     ranks = sorted(found.best_ranks.values())[:MAX_DRAWN]
-    return [
-        _drawn(rank, found.grasps[rank - 1], number, found.hand)
-        for number, rank in enumerate(ranks)
-    ]
+    return [_drawn(rank, found.grasps[rank - 1], found.hand) for rank in ranks]
 
 
-def _drawn(rank: int, grasp: Grasp, number: int, hand: ParallelHand) -> DrawnGrasp:
-    colour = RANK_COLOURS[number] if grasp.safe else FORBIDDEN
+def _drawn(rank: int, grasp: Grasp, hand: ParallelHand) -> DrawnGrasp:
+    red, green, blue = colour_of(grasp.object_label).tolist()
     matrix = grasp.T_scene_tcp.as_matrix()
 
     def placed(points: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -87,7 +75,7 @@ def _drawn(rank: int, grasp: Grasp, number: int, hand: ParallelHand) -> DrawnGra
     return DrawnGrasp(
         rank,
         grasp,
-        colour,
+        (red, green, blue),
         placed(_corners(hand.jaw_boxes(grasp.width))),
         placed(_corners(hand.fixed_boxes())),
         placed(fork),
