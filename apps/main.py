@@ -34,6 +34,7 @@ def main(arguments: list[str] | None = None) -> None:
     if arguments == ["--version"]:
         print(metadata.version("eyehand"))
         sys.exit(0)
+    _refuse_removed_folder()
     _refuse_former_name(arguments)
     _refuse_missing_extras(arguments)
     # Some terminals cannot encode every letter of the tables.
@@ -59,6 +60,15 @@ def _split_numbers(arguments: list[str]) -> list[str]:
         is_numbers = argument.startswith("-") and all(map(is_number, words))
         split += words if is_numbers else [argument]
     return split
+
+
+def _refuse_removed_folder() -> None:
+    """Exit with code 2 if the current folder was removed: libraries fail there in odd ways."""
+    try:
+        Path.cwd()
+    except FileNotFoundError:
+        print("eyehand: the current folder was removed; change to another one", file=sys.stderr)
+        sys.exit(2)
 
 
 def _refuse_former_name(arguments: list[str]) -> None:

@@ -115,3 +115,16 @@ def test_line_break_in_a_name_keeps_the_message_on_one_line(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     assert "no such file" in refused("perceive", "a\nb.png", capsys=capsys)
+
+
+def test_removed_current_folder_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = tmp_path / "gone"
+    folder.mkdir()
+    monkeypatch.chdir(folder)
+    folder.rmdir()
+    with pytest.raises(SystemExit) as exit_info:
+        main(["doctor"])
+    assert exit_info.value.code == 2
+    assert "the current folder was removed" in capsys.readouterr().err
