@@ -122,15 +122,14 @@ def python_page() -> str:
     parts = [
         "# Python",
         "Names in `__all__` are public. Others may change at any time.",
-        "| package | content | names |\n| --- | --- | --- |",
     ]
     for package in PACKAGES:
         module = importlib.import_module(f"eyehand.{package}")
-        about = _escaped(" ".join(_docstring(module).partition("\n\n")[0].split()))
+        about = _docstring(module).partition("\n\n")[0]
         names = ", ".join(
             f"[`{name}`](python/{package}.md#{name.lower()})" for name in _documentable(module)
         )
-        parts[-1] += f"\n| [eyehand.{package}](python/{package}.md) | {about} | {names} |"
+        parts += [f"## [eyehand.{package}](python/{package}.md)", about, names]
     return "\n\n".join(parts) + "\n"
 
 
@@ -209,7 +208,8 @@ def _docstring(value: Any) -> str:
 
 def _signature(name: str, value: Any) -> str:
     try:
-        return f"{name}{inspect.signature(value)}"
+        # Annotations are strings: their quotes are left out.
+        return re.sub(r"(: |-> )'([^']*)'", r"\1\2", f"{name}{inspect.signature(value)}")
     except (TypeError, ValueError):
         return name
 
