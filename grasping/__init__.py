@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from .jaws import Grasp, GraspList, JawOptions, plan_grasps
     from .joined_robot import JoinedRobot
     from .motion import execute
+    from .opposed_grasps import plan_opposed_grasps
     from .pick_options import PickOptions
     from .pick_state import SelectedGrasp
     from .tray import Tray
@@ -84,6 +85,7 @@ __all__ = [
     "observe",
     "plan_grasps",
     "plan_hold",
+    "plan_opposed_grasps",
     "plan_prototypes",
     "select_grasp",
     "select_prototype",
@@ -99,6 +101,7 @@ _LAZY = {
     "correct_depth": "depth_correction",
     "plan_grasps": "jaws",
     "plan_hold": "hold_quality",
+    "plan_opposed_grasps": "opposed_grasps",
     "Cell": "cell",
     "ClearOptions": "clearing",
     "CycleInfo": "cell",

@@ -14,7 +14,7 @@ from .hold_quality import plan_hold
 from .jaw_plan import jaw_plans
 from .jaws import plan_grasps
 from .motion import TURN_SPEED, with_speed
-from .opposed_grasps import opposed_grasps
+from .opposed_grasps import plan_opposed_grasps
 from .pick_state import TARGET, TRANSIT_SPEED, PickState, SelectedGrasp
 from .planning import GraspOptions, plan_prototypes
 from .reachable import is_reachable
@@ -207,7 +207,7 @@ def _opposed_candidates(hand: HandModel, scene: Scene, labels: Collection[int]) 
     loaded = {item.rests_on for item in scene.objects}
     return [
         (plan.score.total * (LOADED_WEIGHT if item.label in loaded else 1.0), item, plan)
-        for item, plan in opposed_grasps(scene, hand, labels)
+        for item, plan in plan_opposed_grasps(scene, hand, labels)
     ]
 
 

@@ -66,10 +66,10 @@ TOP_COSINE = np.cos(np.radians(45.0))
 """Cosine of the angle from straight down up to which an approach is from the top."""
 
 
-def opposed_grasps(
+def plan_opposed_grasps(
     scene: Scene, hand: HandModel, labels: Collection[int]
 ) -> Iterator[tuple[SceneObject, GraspPlan]]:
-    """Yield grasps of some objects of a scene; their score is the estimated success.
+    """Yield the objects and their grasps by opposed fingers; the score is the estimated success.
 
     Parameters
     ----------

@@ -8,9 +8,9 @@ from eyehand.grasping import (
     load_hand,
     observe,
     plan_grasps,
+    plan_opposed_grasps,
     select_grasp,
 )
-from eyehand.grasping.opposed_grasps import opposed_grasps
 
 from ..perceived_frame import load_kernels
 from .bench.trial import GraspTrial, make_cell
@@ -27,7 +27,7 @@ def warm_up_grasping(*, jaws: bool = False) -> None:
     if scene is not None:
         select_grasp(cell, scene, FailedGrasps())
         if isinstance(robot.hand, HandModel):
-            for _ in opposed_grasps(scene, robot.hand, {scene.objects[0].label}):
+            for _ in plan_opposed_grasps(scene, robot.hand, {scene.objects[0].label}):
                 break
         if jaws:
             plan_grasps(scene, load_hand("panda"))

@@ -11,11 +11,9 @@ from scipy.optimize import nnls
 from ..mujoco_import import import_mujoco
 
 if TYPE_CHECKING:
-    Springs: TypeAlias = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
     from collections.abc import Sequence
 
-    from numpy.typing import NDArray
-
+    Springs: TypeAlias = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
 
 _PROBE_RAD = 1e-4
 """Step of joint angles with which the tendons' moment arms are measured."""

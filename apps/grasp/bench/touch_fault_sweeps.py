@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eyehand.data_synth.cell import SimRobot
-from eyehand.grasping import HandCommand, HandReading, PickOptions, RobotReading
-from eyehand.grasping.report import PickOutcome
+from eyehand.grasping import HandCommand, HandReading, PickOptions, PickOutcome, RobotReading
 
 from ...bench.sweep import Sweep, Trial
 from .event_sweeps import PHASE_RANGE, PHASES, disturbed

@@ -13,7 +13,7 @@ from eyehand.grasping import GraspPlan
 from eyehand.grasping.control_tasks import control_tasks
 from eyehand.grasping.hand_clearance import hand_boxes
 from eyehand.grasping.hands import nominal_hand
-from eyehand.grasping.opposed_grasps import TABLE_GAP, finger_jaws, opposed_grasps
+from eyehand.grasping.opposed_grasps import TABLE_GAP, finger_jaws, plan_opposed_grasps
 from eyehand.perception import Scene, SuperquadricFit
 
 HAND = nominal_hand()
@@ -26,7 +26,7 @@ def unfitted(scene: Scene) -> Scene:
 
 
 def best(scene: Scene, label: int = 1) -> GraspPlan:
-    plans = [plan for _, plan in opposed_grasps(scene, HAND, {label})]
+    plans = [plan for _, plan in plan_opposed_grasps(scene, HAND, {label})]
     return max(plans, key=lambda plan: plan.score.total)
 
 
@@ -64,13 +64,14 @@ def test_hand_stays_above_the_support_and_retreats_along_the_palm():
 def test_only_wanted_objects_are_planned_and_neighbours_count():
     size = (0.05, 0.05, 0.05)
     apart = scene_of(box(size), box(size, (0.3, 0.0), label=2))
-    assert {item.label for item, _ in opposed_grasps(apart, HAND, {2})} == {2}
+    assert {item.label for item, _ in plan_opposed_grasps(apart, HAND, {2})} == {2}
     beside = [box(size, (0.055 * x, 0.0), label=3 + x) for x in (-1, 1)]
     free = best(scene_of(box(size), *beside))
     # Only the sides without a neighbour leave room.
     assert abs(free.closing @ [0.0, 1.0, 0.0]) > 0.95
     around = [box(size, (0.0, 0.055 * y), label=6 + y) for y in (-1, 1)]
-    crowded = [plan for _, plan in opposed_grasps(scene_of(box(size), *beside, *around), HAND, {1})]
+    scene = scene_of(box(size), *beside, *around)
+    crowded = [plan for _, plan in plan_opposed_grasps(scene, HAND, {1})]
     assert all(plan.score.total < 0.2 * free.score.total for plan in crowded)
 
 
