@@ -14,7 +14,7 @@ from .oak_stream import images, next_pair, paired
 from .ros_frames import check_recording, recorded
 
 if TYPE_CHECKING:
-    from collections.abc import Generator, Iterator
+    from collections.abc import Generator
     from pathlib import Path
 
     import depthai as dai
@@ -224,7 +224,7 @@ def aligned_stereo(
 
 def live_frames(
     queue: dai.MessageQueue, timeout_s: float, T_world_camera: RigidTransform | None = None
-) -> Iterator[DepthFrame]:
+) -> Generator[DepthFrame, None, None]:
     """Yield frames from a queue of message pairs until the stream ends.
 
     Parameters

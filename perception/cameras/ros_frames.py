@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import time
 from collections.abc import Generator, Iterable
-from itertools import chain
+from contextlib import closing
 from pathlib import Path
 
 import numpy as np
 
-from eyehand.errors import DeviceError, InputError
+from eyehand.errors import InputError
 
 from ..frame import DepthFrame
 from .ros_messages import RosWriter, load_ros, ros_header, ros_transform, ros_writer
@@ -105,28 +105,32 @@ def check_recording(path: Path | str) -> Path:
     return path
 
 
-def recorded(frames: Iterable[DepthFrame], path: Path) -> Generator[DepthFrame, None, None]:
+def recorded(
+    frames: Generator[DepthFrame, None, None], path: Path
+) -> Generator[DepthFrame, None, None]:
     """Yield frames, and write them to a recording that appears when the stream ends.
 
-    It is complete also if the reader stops early or the camera is lost. Without frames there is no
-    recording.
+    It is complete however the stream ends: also if the reader stops early, the user presses Ctrl-C
+    or the camera is lost. Without frames there is no recording. The stream of frames is closed.
 
     Raises
     ------
     InputError, DeviceError
         If the file cannot be written; all errors of the stream.
     """
-    stream = iter(frames)
-    first = next(stream, None)
-    if first is None:
-        return
     ending: BaseException | None = None
-    with ros_writer(path) as writer:
-        try:
-            for frame in chain([first], stream):
+    with closing(frames):
+        frame = next(frames, None)
+        if frame is None:
+            return
+        with ros_writer(path) as writer:
+            while frame is not None:
                 write_ros_frame(writer, frame, time.time())
-                yield frame
-        except (DeviceError, GeneratorExit) as error:
-            ending = error
+                try:
+                    yield frame
+                    frame = next(frames, None)
+                except BaseException as error:
+                    # It is raised again when the recording is complete.
+                    ending, frame = error, None
     if ending is not None:
         raise ending

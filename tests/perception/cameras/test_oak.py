@@ -22,7 +22,7 @@ from eyehand.perception.cameras.ros_frames import recorded
 from .oak_frames import image_messages
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Generator
     from pathlib import Path
 
     from scipy.spatial.transform import RigidTransform
@@ -164,6 +164,41 @@ def test_silent_camera_ends_stream_and_keeps_recording(tmp_path: Path, frames: F
 
     assert time.monotonic() - started < 2.0
     assert len(list(RosRecording(path).frames())) == 2
+
+
+@pytest.mark.parametrize("fault", [KeyboardInterrupt(), InputError("a rotated image")])
+def test_interrupted_stream_keeps_recording_and_is_closed(
+    tmp_path: Path, frames: Frames, fault: BaseException
+) -> None:
+    path, closed = tmp_path / "scene.mcap", []
+
+    def broken() -> Generator[DepthFrame, None, None]:
+        try:
+            yield from frames(2)
+            raise fault
+        finally:
+            closed.append(True)
+
+    with pytest.raises(type(fault)):
+        list(recorded(broken(), path))
+    assert closed == [True]
+    assert len(list(RosRecording(path).frames())) == 2
+
+
+def test_stopped_reader_closes_stream(tmp_path: Path, frames: Frames) -> None:
+    closed = []
+
+    def endless() -> Generator[DepthFrame, None, None]:
+        try:
+            while True:
+                yield from frames(1)
+        finally:
+            closed.append(True)
+
+    stream = recorded(endless(), tmp_path / "scene.mcap")
+    next(stream)
+    stream.close()
+    assert closed == [True]
 
 
 def test_unplugged_camera_ends_stream(frames: Frames) -> None:
