@@ -19,6 +19,9 @@ TERM_MEANINGS: dict[str, str] = {
     "room": "the fingers have clearance to the neighbours",
     "opening": "the opening tolerates position errors",
     "variant": "the default palm placement was free",
+    "fallback": "the grasp is a usual one, not one planned for fingers as two jaws",
+    "contacts": "two jaws would hold the object there",
+    "prototype": "the whole row of fingers holds the object, not one finger",
 }
 """Meaning of the value 1, by term."""
 
