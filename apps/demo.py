@@ -18,7 +18,7 @@ from .console import print_json, say, show
 from .grasp.robot_choice import RobotChoice
 from .perceived_frame import perceive_and_plan
 from .perception_demo import perception_demo
-from .ros_markers import check_mcap, scene_writer
+from .ros_markers import check_mcap_name, scene_writer
 from .run_folder import claim_folder
 
 if TYPE_CHECKING:
@@ -109,7 +109,7 @@ def demo(
         raise InputError("--beside needs the film: no frame, --look, --view or --no-video")
     if mcap is not None and (perception_only or frame is not None or view):
         raise InputError("--mcap records a simulated robot: no frame, --look or --view")
-    check_mcap(mcap)
+    check_mcap_name(mcap)
     if perception_only or frame is not None:
         if isinstance(objects, Path):
             raise InputError(

@@ -15,7 +15,7 @@ from .frame_masks import FrameMasks
 from .frame_stream import check_source, open_frames
 from .output_files import write_perceived_frame
 from .perceived_frame import PerceivedFrame, check_usable, load_kernels, perceive_and_plan
-from .ros_markers import check_mcap, scene_writer, write_scene
+from .ros_markers import check_mcap_name, scene_writer, write_scene
 from .run_folder import claim_folder
 from .scene_table import scene_rows, scene_table
 
@@ -75,7 +75,7 @@ def perceive_command(
     check_source(frame, oak, record, frames, topic)
     if mcap is not None and mcap.resolve() in [one.resolve() for one in (frame, record) if one]:
         raise InputError(f"--mcap must name another file than the recording, got {mcap}")
-    check_mcap(mcap)
+    check_mcap_name(mcap)
     rows = []
     count = 0
     stream = open_frames(frame, camera, oak, record, frames, topic)

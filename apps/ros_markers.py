@@ -44,7 +44,7 @@ DEPTH_TOPIC, MARKER_TOPIC, GRASP_TOPIC = "/camera/depth", "/eyehand/scene", "/ey
 """Topics of the depth image, the solids, and the palm or tool poses at the grasps."""
 
 
-def check_mcap(path: Path | None) -> None:
+def check_mcap_name(path: Path | None) -> None:
     """Check the name of the file of --mcap.
 
     Raises
@@ -68,7 +68,7 @@ def scene_writer(path: Path | None) -> Iterator[RosWriter | None]:
     if path is None:
         yield None
         return
-    check_mcap(path)
+    check_mcap_name(path)
     make_folder(path.parent)
     with ros_writer(path) as writer:
         yield writer
