@@ -41,17 +41,35 @@ def show(table: Table, *, json_wanted: bool) -> None:
 
 
 def print_json(
-    command: str, seed: int | None, rows: Iterable[Mapping[str, Any]], **more: Any
+    command: str,
+    seed: int | None,
+    rows: Iterable[Mapping[str, Any]],
+    *,
+    schema_version: int = 1,
+    **more: Any,
 ) -> None:
-    """Print ``{"schema": "eyehand.<command>/1", "seed": …, "rows": […], …}`` on stdout."""
-    print(json_text(command, seed, rows, **more), flush=True)
+    """Print ``{"schema": "eyehand.<command>/<schema_version>", "seed": …, "rows": […], …}`` on stdout.
+
+    A command whose report loses a member gets the next version.
+    """
+    print(json_text(command, seed, rows, schema_version=schema_version, **more), flush=True)
 
 
 def json_text(
-    command: str, seed: int | None, rows: Iterable[Mapping[str, Any]], **more: Any
+    command: str,
+    seed: int | None,
+    rows: Iterable[Mapping[str, Any]],
+    *,
+    schema_version: int = 1,
+    **more: Any,
 ) -> str:
     """Return the JSON object that `print_json` prints."""
-    report = {"schema": f"eyehand.{command}/1", "seed": seed, "rows": list(rows), **more}
+    report = {
+        "schema": f"eyehand.{command}/{schema_version}",
+        "seed": seed,
+        "rows": list(rows),
+        **more,
+    }
     return json.dumps(report, allow_nan=False)
 
 

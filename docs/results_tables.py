@@ -92,7 +92,9 @@ def table(content: dict[str, Any], columns: str, where: Mapping[str, str]) -> st
     lines = [[heading for heading, _ in pairs], ["---"] * len(pairs)]
     fields = dict.fromkeys(field for row in report["rows"] for field in row)
     rows = [fields | row for row in report["rows"]]
-    kept = [row for row in rows if all(row[key] == value for key, value in where.items())]
+    kept = [row for row in rows if all(row.get(key) == value for key, value in where.items())]
+    if not kept:
+        raise ValueError(f"no row of {content['command']!r} has {dict(where)}")
     lines += [[_filled(form, row) for _, form in pairs] for row in kept]
     text = "\n".join(f"| {' | '.join(line)} |" for line in lines)
     hidden = report.get("seed") is None or "--seed" in content["command"]

@@ -67,6 +67,8 @@ class StressStage(Generic[Tested]):
     """Write further files into the output folder and return their names."""
     members: Mapping[str, Any] = field(default_factory=dict)
     """Further members of the JSON object."""
+    schema_version: int = 1
+    """Version of the schema of the JSON object."""
 
 
 def run_stress(stage: StressStage[Any], arguments: StressArguments) -> int:
@@ -109,6 +111,7 @@ def run_stress(stage: StressStage[Any], arguments: StressArguments) -> int:
             broken_bounds=faults,
             points=point_rows(results, stage.report),
             out=str(out),
+            schema_version=stage.schema_version,
             **stage.members,
         )
     return 1 if faults else 0

@@ -67,6 +67,7 @@ def motion_stage() -> StressStage[ControlOptions]:
         ),
         seeds=10,
         quick_seeds=1,
+        schema_version=2,
     )
 
 

@@ -81,6 +81,7 @@ def fit_stage(baseline: str | None = None) -> StressStage[FitCallable]:
         quick_seeds=3,
         prepare=load_kernels,
         members={"baseline": baseline},
+        schema_version=2,
     )
 
 

@@ -68,7 +68,7 @@ def test_command_writes_chart_and_one_json_object(tmp_path, capsys):
     )
     assert code == 0
     report = json.loads(capsys.readouterr().out)
-    assert report["schema"] == "eyehand.stress_motion/1"
+    assert report["schema"] == "eyehand.stress_motion/2"
     assert report["seed"] == 3
     assert [row["name"] for row in report["rows"]] == ["gain", "penetration"]
     assert report["broken_bounds"] == []

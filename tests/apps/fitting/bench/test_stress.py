@@ -26,7 +26,7 @@ def test_command_reports_break_points_and_writes_files(tmp_path, capsys):
     )
     assert code == 0, err
     report = json.loads(out)
-    assert report["schema"] == "eyehand.stress_fit/1"
+    assert report["schema"] == "eyehand.stress_fit/2"
     assert (report["seed"], report["seeds"], report["broken_bounds"]) == (0, 1, [])
     assert [row["name"] for row in report["rows"]] == ["points", "from-above"]
     few = report["points"][2]
