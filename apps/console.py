@@ -48,9 +48,9 @@ def print_json(
     schema_version: int = 1,
     **more: Any,
 ) -> None:
-    """Print ``{"schema": "eyehand.<command>/<schema_version>", "seed": …, "rows": […], …}`` on stdout.
+    """Print ``{"schema": "eyehand.<command>/<version>", "seed": …, "rows": […], …}`` on stdout.
 
-    A command whose report loses a member gets the next version.
+    A command whose report loses a member gets the next version of its schema.
     """
     print(json_text(command, seed, rows, schema_version=schema_version, **more), flush=True)
 
@@ -64,12 +64,8 @@ def json_text(
     **more: Any,
 ) -> str:
     """Return the JSON object that `print_json` prints."""
-    report = {
-        "schema": f"eyehand.{command}/{schema_version}",
-        "seed": seed,
-        "rows": list(rows),
-        **more,
-    }
+    schema = f"eyehand.{command}/{schema_version}"
+    report = {"schema": schema, "seed": seed, "rows": list(rows), **more}
     return json.dumps(report, allow_nan=False)
 
 
