@@ -25,18 +25,18 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "eyehand.apps.doctor:doctor_command",
         "report what works on this machine, and what to install for the rest",
     ),
-    "synth": ("eyehand.apps.synth:synth", "make a synthetic tabletop frame with its ground truth"),
+    "synth": ("eyehand.apps.synth:synth", "make a synthetic depth frame with its ground truth"),
     "evaluate segmentation": (
         "eyehand.apps.segmentation.evaluate:evaluate_segmentation",
         "score the segmentation on labelled or synthetic frames",
     ),
     "evaluate fit": (
         "eyehand.apps.fitting.bench.evaluate:evaluate_fit",
-        "fit clouds of known solids and report the overlap",
+        "fit clouds or scanned objects with known shape, and report the overlap",
     ),
     "evaluate motion": (
         "eyehand.apps.motion.evaluate:evaluate_motion",
-        "run cluttered reaching scenes: success, contacts, time per cycle",
+        "reach goals among obstacles: success, contacts, time per cycle",
     ),
     "evaluate grasp": (
         "eyehand.apps.grasp.bench.evaluate:evaluate_grasp",
@@ -52,11 +52,11 @@ COMMANDS: dict[str, tuple[str, str]] = {
     ),
     "chart grasp": (
         "eyehand.apps.grasp.bench.chart:chart_grasp",
-        "chart the time per pick against its success for every dial",
+        "chart the time per pick against its success for each setting",
     ),
     "stress segmentation": (
         "eyehand.apps.segmentation.stress:stress_segmentation",
-        "make staged scenes harder until the segmentation breaks, and chart where",
+        "make generated scenes harder until the segmentation breaks, and chart where",
     ),
     "stress fit": (
         "eyehand.apps.fitting.bench.stress:stress_fit",
@@ -137,7 +137,7 @@ GROUPS: dict[str, str] = {
     "evaluate": "measure a stage against known truth",
     "chart": "chart a stage's speed against its accuracy",
     "stress": "make a stage's task harder until it breaks, and chart where",
-    "touch": "see what a tactile sensor feels",
+    "touch": "show the readings of a tactile sensor",
     "experiment": "run a figure, table or section of the chapter",
 }
 """First word of a two-word command → one-line help."""

@@ -1,4 +1,4 @@
-"""The control basis: tasks by priority, mapped to joint velocities among obstacles.
+"""Motion control of an arm: tasks by priority, mapped to joint velocities among obstacles.
 
 Equation numbers refer to Haschke's chapter.
 """

@@ -38,10 +38,10 @@ def solve_stack(
 ) -> StackSolution:
     """Compute joint velocities that drive every task at its rate, in order of priority.
 
-    This is the strict form of eq. 2-3. Task k is solved in the null space Z of *all* tasks above
-    it, dq += Z (J_k Z)^+ (rate_k - J_k dq), so that no task disturbs one above. Near a singularity
-    the inverse is damped (Maciejewski and Klein 1988), direction by direction. The null space uses
-    the undamped directions; otherwise lower tasks would disturb upper ones.
+    This is the strict form of eqs. (2) and (3). Task k is solved in the null space Z of *all*
+    tasks above it, dq += Z (J_k Z)^+ (rate_k - J_k dq), so that no task disturbs one above. Near a
+    singularity the inverse is damped (Maciejewski and Klein 1988), direction by direction. The null
+    space uses the undamped directions; otherwise lower tasks would disturb upper ones.
 
     Parameters
     ----------

@@ -129,12 +129,12 @@ class Cell:
         return self.reading.fault or self.touch_fault
 
     def begin(self) -> None:
-        """Start new records, and watch the hand's sense of touch."""
+        """Start new records, and check the tactile sensor of the hand from now on."""
         self.records, self.times, self.forces = [], [], []
         self.touch_fault, self._touch = "", TouchMonitor()
 
     def ignore_touch(self) -> None:
-        """Watch touch no more until the next :meth:`begin`: the hand must move without it."""
+        """Stop checking the tactile sensor until the next :meth:`begin`."""
         self.touch_fault, self._touch = "", None
 
     def enter(self, phase: Phase) -> float:

@@ -19,7 +19,7 @@ POSITIVE = ("speed", "carry_speed", "max_contact_force")
 
 @dataclass(frozen=True)
 class PickOptions:
-    """Dials of a pick: speed, distances, retries and the options of control and grip.
+    """Options of a pick: speed, distances, retries, control and grip.
 
     Raises
     ------

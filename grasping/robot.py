@@ -91,7 +91,7 @@ class Hand(Protocol):
         ...
 
     def move(self, command: AnyCommand) -> None:
-        """Start to execute a command. It replaces the one before. It is often the same again."""
+        """Start to execute a command instead of the one before. Often both are equal."""
         ...
 
 

@@ -37,7 +37,8 @@ def warm_up() -> None:
 
     It perceives a small synthetic frame: two balls on a plane, one in front of the other. The
     frame is also segmented at half resolution, and with a coloured bin and missing readings in
-    view, which uses further kernels. An angle on the plane needs the kernels of several parts.
+    view, which uses further kernels. An L-shaped object needs the kernels of several
+    parts.
     """
     camera = CameraIntrinsics(100.0, 100.0, 63.5, 47.5, 128, 96)
     rays = camera.rays()

@@ -26,7 +26,7 @@ some pixels mix the object with what lies behind it. Two pixels would lose thin 
 # Arrays have no truth value: equality is identity.
 @dataclass(frozen=True, eq=False)
 class RegionEvidence:
-    """What a frame shows of one object, in the scene's frame: the input of its fit."""
+    """The evidence for one object in a frame, in the scene's frame: the input of its fit."""
 
     points: NDArray[np.float64]
     """Visible surface points, (N, 3), m."""

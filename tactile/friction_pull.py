@@ -45,11 +45,11 @@ class PullOptions:
 
 
 class FrictionPull:
-    """The pull of one grasp.
+    """The estimation of friction by a small pull at a grasped object.
 
     The hand lifts by a few millimetres, at 4 mm/s, while the grip is eased. A slower hand finds the
     static friction, which does not hold an object that slides. The ratio of tangential to normal
-    force rises until the object slides. From then on it hangs at the friction. An estimate that is
+    force rises until the object slides. From then on the ratio is the friction. An estimate that is
     too low to be true restarts the pull once, from its first grip force.
 
     Parameters

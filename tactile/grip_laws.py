@@ -11,7 +11,7 @@ from eyehand.errors import InputError
 
 @dataclass(frozen=True)
 class GripReading:
-    """What one pad measures in a cycle."""
+    """The measurements of one pad in a cycle."""
 
     normal: float
     """Normal force, N."""
@@ -22,7 +22,7 @@ class GripReading:
 
 
 class GripLaw(Protocol):
-    """Computes the grip force to command."""
+    """A law that computes the grip force to command."""
 
     def update(self, reading: GripReading, dt: float) -> float:
         """Return the grip force to command, N.

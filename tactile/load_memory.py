@@ -18,7 +18,7 @@ FIT_SHARE = 0.3
 
 @dataclass(frozen=True)
 class FoamMemory:
-    """How much of an earlier load a pad still reads after its release, and for how long."""
+    """The share of an earlier load that a pad still reads after its release, and its decay time."""
 
     share: float
     """Share of the load that is read just after the release, 0..1."""

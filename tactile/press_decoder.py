@@ -35,7 +35,7 @@ _SMOOTHING = 0.02
 
 @dataclass(frozen=True)
 class PressDecoder:
-    """What presses show of a pad: gain of each tactel, spread of a point force, and stiffness.
+    """Properties of a pad from presses: gain of each tactel, spread of a point force, stiffness.
 
     :func:`fit_decoder` computes it.
     """

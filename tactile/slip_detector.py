@@ -38,7 +38,7 @@ class SlipScore:
 
 
 class SlipDetector:
-    """Judges the features of one pad as they arrive.
+    """A detector that judges the features of one pad, image by image.
 
     Parameters
     ----------

@@ -21,7 +21,7 @@ MIN_READINGS = 100
 
 @dataclass(frozen=True)
 class Timing:
-    """How late a motion is felt."""
+    """The delay and the lag between a command and its effect on the sensor."""
 
     latency: int
     """Cycles from a command to its first effect on the reading."""

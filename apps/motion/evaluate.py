@@ -342,7 +342,7 @@ def _moving_table(rows: Sequence[Mapping[str, Any]]) -> Table:
             ("clear mm", "{min_clearance_mm:.2f}"),
             ("acc. %", "{peak_acceleration_pct:.0f}"),
         ],
-        title="solids that move at the tool with untold velocity",
+        title="moving obstacles near the tool; the controller does not receive their velocity",
         caption="kept: at least 5 mm in every cycle; unnamed: trials below 5 mm without a "
         "status that says so; acc.: peak in % of the limit",
     )

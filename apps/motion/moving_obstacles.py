@@ -1,4 +1,4 @@
-"""Solids that move at an arm with untold velocity: what distance it keeps, and what it reports."""
+"""Moving obstacles with unknown velocity: what distance the arm keeps, and what it reports."""
 
 from __future__ import annotations
 

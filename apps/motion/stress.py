@@ -57,7 +57,7 @@ def motion_stage() -> StressStage[ControlOptions]:
         sweeps=control_sweeps(),
         method=ControlOptions(),
         report=ReportSpec(
-            title="Where the control basis breaks",
+            title="Where the motion of an arm breaks",
             subtitle="Share of motions that end as required",
             data="7-joint arm, default options; 4-joint arm or custom palm in some sweeps",
             case_name="trial",

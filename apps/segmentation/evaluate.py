@@ -66,9 +66,10 @@ COLUMNS = {
 }
 """Key of a row → heading of its table column."""
 CAPTION = (
-    "P R F: overlap, bP bR bF: boundaries, %75: objects with F > 75 %, all in % and means over "
-    "frames; over, under, missed, false: objects; agree: lowest share of pixels that keep their "
-    "object after ±1 mm on 0.5 % of the readings; ms: wall time, median"
+    "P R F: precision, recall and F of the overlap, bP bR bF: of the boundaries, %75: objects with "
+    "F > 75 %, all in % and means over frames; over, under: extra segments of split objects, "
+    "extra objects in merged segments; missed, false: objects; agree: lowest share of pixels that "
+    "keep their object after ±1 mm on 0.5 % of the readings; ms: wall time, median"
 )
 
 

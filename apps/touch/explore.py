@@ -67,10 +67,11 @@ def _measure(plan: TrialPlan, sensor: SensorName = "good") -> ExperimentResult:
             ("median", "{ridges_median_mm:+.3f} mm"),
             ("covered", "{covered_pct:.1f} %"),
         ],
-        title=f"distance of the felt points from the true surface; wanted rms: {WANTED_MM:g} mm",
+        title=f"distance of measured points from the true surface; target: {WANTED_MM:g} mm rms",
         caption="distances inside the object are negative; ridges: points on ridges, edges and "
         "corners; blurred: without correction of the foam's spread; covered: share of the surface "
-        f"with a felt point within 5 mm, of what a flat pad can reach at up to {MAX_TILT_DEG:g}°",
+        "with a measured point within 5 mm, where a flat pad can reach it, tilted up to "
+        f"{MAX_TILT_DEG:g}°",
     )
     return ExperimentResult(
         rows,

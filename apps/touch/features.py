@@ -76,8 +76,8 @@ def _measure(plan: TrialPlan) -> ExperimentResult:
             ("p95", "{p95}"),
             ("rms", "{rms}"),
         ],
-        caption="columns 2 to 4: error; time: median of one call from Python, without finding the "
-        "contact region; reading: from raw counts to all features; calibration: position of a "
+        caption="time: median of one call from Python, without finding the contact region; other "
+        "columns: errors; reading: from raw counts to all features; calibration: position of a "
         "probe, with non-linear characteristics, noise and 12 bits",
     )
     picture = feature_chart(rows, plan.provenance(data))

@@ -82,7 +82,7 @@ def _measure(
             ("end", "{outcome}"),
         ],
         title="corners and ridge ends found by touch; the chapter names this as future work",
-        caption="found: true corners or ridge ends with a found one within 5 mm; false: found ones "
+        caption="found: true corners or ridge ends with a detection within 5 mm; false: detections "
         "without a true one; edge error: of the first point on an edge; round: back at the start "
         "of the edge; done: both ends of a ridge found",
         left=("end",),

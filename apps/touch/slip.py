@@ -72,8 +72,8 @@ def _measure(data: Path, plan: TrialPlan) -> ExperimentResult:
             *((f"{name}: right", f"{{{name}_right_pct:.1f}} %") for name in names),
             *((f"{name}: area", f"{{{name}_auc:.3f}}") for name in names),
         ],
-        title=f"recorded slip, trained on {TRAINED}: windows of 50 ms with the right one of 7 "
-        "classes",
+        title=f"recorded slip, trained on {TRAINED}: windows of 50 ms whose class is right (one "
+        "of 7)",
         caption=f"published: {PUBLISHED_PCT} % on unseen objects; area: under the curve of slip "
         "against no slip",
     )

@@ -20,7 +20,7 @@ GRAVITY = 9.81
 
 @dataclass(frozen=True)
 class GripOptions:
-    """Dials of closing the hand.
+    """Options for closing the hand.
 
     Raises
     ------

@@ -46,7 +46,7 @@ def load_hand(name_or_path: str | Path) -> ParallelHand:
     Raises
     ------
     InputError
-        If there is no such hand or file, or a value in the file is missing or invalid.
+        If the hand or the file does not exist, or a value in the file is missing or invalid.
     """
     text = str(name_or_path)
     if text == GENERIC:

@@ -46,7 +46,7 @@ class Wall:
 
 @dataclass(frozen=True)
 class Container:
-    """A bin, tote, box or tray. Its floor and walls are no objects."""
+    """A bin, tote, box or tray. Its floor and walls do not count as objects."""
 
     floor: SupportPlane
     """The floor. If no part of it is visible, this plane lies below all readings inside."""
