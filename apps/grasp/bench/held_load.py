@@ -51,9 +51,7 @@ class HeldLoad:
         if not self._name:
             return
         if cycle.phase != "check":
-            if self._began is not None:
-                self._began = None
-                self._robot.set_load(self._name, 0.0)
+            self.end()
             return
         time = cycle.reading.time
         if self._began is None:
@@ -63,3 +61,9 @@ class HeldLoad:
         if self._robot.is_lifted(self._name):
             self._force += float(cycle.force.sum())
             self._least += share * self._weight / self._friction
+
+    def end(self) -> None:
+        """Remove the load. A pick that fails in the check enters no further phase."""
+        if self._began is not None:
+            self._began = None
+            self._robot.set_load(self._name, 0.0)

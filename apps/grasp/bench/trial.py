@@ -249,6 +249,7 @@ class Scorer:
             self._moved = Displacement(self._robot, self._target)
             self._held = HeldLoad(self._robot, self._target, self._load_step, self._friction)
             return
+        self._held.end()
         plan = report.plan
         touched = self._touched - {self._target}
         # A pushing grasp may touch neighbours, but never the table or the tray.

@@ -41,6 +41,16 @@ def test_load_acts_during_the_check_and_squeeze_is_the_force_over_the_least_one(
     assert loads[-1] == 0.0
 
 
+def test_load_ends_with_a_pick_that_fails_in_the_check():
+    loads: list[float] = []
+    held = HeldLoad(holding_robot(loads), "can", 1.5, 0.6)
+    for time in (1.0, 1.0 + LOAD_DELAY_S):
+        held.update(cycle("check", time))
+    assert loads[-1] > 0.0
+    held.end()
+    assert loads[-1] == 0.0
+
+
 def test_load_pulls_a_simulated_object_down():
     robot = SimRobot(GraspWorld.build([can_on_table(0)]))
     body, still = robot.model.body("can").id, np.zeros(len(robot.joints))
