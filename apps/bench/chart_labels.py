@@ -119,7 +119,7 @@ class _Obstacles:
     def penalty(self, point: NDArray[np.float64], box: Box, distance: float) -> float:
         """Return the penalty of a box; 0 is a free position."""
         left, bottom, right, top = self.border
-        penalty = 20.0 * sum(_overlap(box, name) for name in self.names)
+        penalty = 200.0 * sum(_overlap(box, name) for name in self.names)
         penalty += np.count_nonzero(_contained(self.own, box))
         penalty += np.count_nonzero(_contained(self.others, box))
         if box[0] < left or box[1] < bottom or box[2] > right or box[3] > top:

@@ -137,7 +137,9 @@ def evaluate_motion(
     timed = [case for case in cases if case.seed in seeds[:TIMED_SCENES]]
     cycles_us = _cycle_times(timed, repeats=1 if quick else REPEATS)
     rows = [
-        summary_row(method, [r for r in records if r.method == method], cycles_us[method])
+        summary_row(
+            method, [r for r in records if r.method == method], cycles_us[method], time_limit
+        )
         for method in methods
     ]
     say(f"timing one cycle with {PAIRS} distance pairs")
@@ -289,7 +291,7 @@ def _reach_table(rows: Sequence[Mapping[str, Any]], title: str, time_limit: floa
         caption="success: goal reached to 1 mm without contact, %, with its 95 % interval; "
         "contacts: number of scenes with a contact; stuck: stopped or gave up, %; "
         f"late: not there after {time_limit:g} s, %; clear: smallest distance in all cycles; "
-        "time: to the goal, median and 90th percentile, a failure counts as the longest; acc., "
+        "time: to the goal, median and 90th percentile, a failure counts as the time limit; acc., "
         "jerk: peaks in all cycles, start and stop included, % of the limits; cycle: time of a "
         "control cycle, median, 99th and 99.9th percentile; plan: time of a search for a "
         "path, median and 90th percentile",

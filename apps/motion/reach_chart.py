@@ -30,7 +30,10 @@ FREE_BELOW, FREE_ABOVE = 12.0, 15.0
 """Free space below the lowest interval and above the highest, for names of two lines, percentage
 points."""
 STEPS = (1, 2, 3, 5, 7, 10, 15, 20, 30, 50, 70, 100, 200, 300, 500, 700, 1000, 2000, 5000)
-"""Times with a label on an axis, s or µs."""
+WIDE_STEPS = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000)
+"""Times with a label on an axis, s or µs, and those on a wide axis."""
+WIDE = 30.0
+"""Ratio of the slowest to the fastest time above which an axis is wide."""
 
 
 class _TimeScale(NamedTuple):
@@ -56,7 +59,7 @@ def reach_chart(rows: Sequence[Mapping[str, Any]], made: Provenance) -> Figure:
     """
     figure, panels = new_chart(
         "Reaching: time to the goal and time per cycle against success",
-        "success with 95 % interval; ○ contacts in some scenes, ● no contacts; grey: baseline",
+        "success with 95 % interval; ○ touches obstacles in some scenes, ● in none; grey: baseline",
         rows=2,
         height=9.0,
     )
@@ -111,18 +114,18 @@ def _draw(axes: Axes, row: Mapping[str, Any], scale: _TimeScale) -> PointLabel:
 
 def _label(row: Mapping[str, Any], scale: _TimeScale) -> str:
     count = row["contacts"]
-    contacts = f"contacts in {count} scene{'' if count == 1 else 's'}" if count else "no contacts"
-    label = f"{row['name']}: {row['success_pct']:.1f} %, {contacts}"
+    label = f"{row['name']}: {row['success_pct']:.1f} %" + (f", {count} touched" if count else "")
     if scale is TO_GOAL:
-        return f"{label}\n90 % within {row['time_p90_s']:.1f} s"
+        return f"{label}\n90 % in {row['time_p90_s']:.1f} s"
     if "plan_p50_ms" in row:
-        label += f"\nplanning {row['plan_p50_ms']:.0f} ms, 90 % within {row['plan_p90_ms']:.0f} ms"
+        label += f"\nplanning {row['plan_p50_ms']:.0f} ms, 90 % in {row['plan_p90_ms']:.0f} ms"
     return label
 
 
 def _time_axis(axes: Axes, scale: _TimeScale, fastest: float, slowest: float) -> None:
     axes.set_xscale("log")
     axes.set_xlim(fastest, slowest)
-    ticks = [step for step in STEPS if fastest <= step <= slowest]
+    steps = WIDE_STEPS if slowest > WIDE * fastest else STEPS
+    ticks = [step for step in steps if fastest <= step <= slowest]
     axes.set_xticks(ticks, [f"{step:g} {scale.unit}" for step in ticks])
     axes.set_xticks([], minor=True)

@@ -95,7 +95,10 @@ def run_scene(method: str, seed: int, boxes: int, reach: ReachOptions | None = N
 
 
 def summary_row(
-    method: str, records: Sequence[ReachRecord], cycles_us: NDArray[np.float64]
+    method: str,
+    records: Sequence[ReachRecord],
+    cycles_us: NDArray[np.float64],
+    time_limit: float,
 ) -> dict[str, Any]:
     """Summarise the scenes of a method.
 
@@ -107,6 +110,8 @@ def summary_row(
         Its scenes.
     cycles_us
         Times of its cycles, µs, measured while nothing else ran.
+    time_limit
+        Time after which a scene is given up, s. A failure counts as taking this long.
 
     Returns
     -------
@@ -114,8 +119,7 @@ def summary_row(
         Success with its 95 % interval; `contacts`: number of scenes with a contact; `stuck_pct`:
         share of scenes in which the arm stopped or the method gave up; `late_pct`: share of scenes
         in which the time was up; smallest clearance; peak acceleration and jerk of all scenes as
-        shares of the limits; time to the goal, where a failure counts as the longest time of all
-        scenes; cycle times; and with a planner the number of
+        shares of the limits; time to the goal; cycle times; and with a planner the number of
         searches, how many found a path, and their times.
     """
     outcomes = [record.outcome for record in records]
@@ -123,9 +127,7 @@ def summary_row(
     low, high = wilson_interval(wins, len(outcomes))
     late = sum(outcome.status == "late" for outcome in outcomes)
     stuck = sum(outcome.status not in ("reached", "late") for outcome in outcomes)
-    # A scene that is not reached counts as taking for ever, up to the longest time of the run.
-    longest = max(outcome.seconds for outcome in outcomes)
-    seconds = [outcome.seconds if outcome.success else longest for outcome in outcomes]
+    seconds = [outcome.seconds if outcome.success else time_limit for outcome in outcomes]
     row: dict[str, Any] = {
         "name": method,
         "success_pct": _pct(wins, len(outcomes)),

@@ -131,11 +131,11 @@ def test_summary_counts_scenes():
         outcome(success=False, status="late", final_error=0.1),
     ]
     records = [ReachRecord("default", k, False, one, "") for k, one in enumerate(outcomes)]
-    row = summary_row("default", records, np.arange(101.0))
+    row = summary_row("default", records, np.arange(101.0), 60.0)
     assert (row["success_pct"], row["contacts"]) == (25.0, 1)
     assert (row["stuck_pct"], row["late_pct"]) == (25.0, 25.0)
     assert row["min_clearance_mm"] == -3.0
-    assert (row["time_p50_s"], row["time_p90_s"]) == (4.0, 4.0)
+    assert (row["time_p50_s"], row["time_p90_s"]) == (60.0, 60.0)
     assert (row["peak_acceleration_pct"], row["peak_jerk_pct"]) == (50.0, 25.0)
     assert (row["cycle_p50_us"], row["cycle_p99_us"]) == (50.0, 99.0)
     assert "plan_p50_ms" not in row
