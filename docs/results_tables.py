@@ -86,6 +86,11 @@ def table(content: dict[str, Any], columns: str, where: Mapping[str, str]) -> st
         ``heading={field:format} | …``; the fields are those of the report's rows.
     where
         Fields and values of the rows to keep.
+
+    Raises
+    ------
+    ValueError
+        If no row has these values.
     """
     pairs = [column.strip().split("=", 1) for column in columns.split("|")]
     report = content["report"]
