@@ -45,7 +45,7 @@ def stress_segmentation(
         SegmentationOptions | None, Parameter(name="*", group="Segmentation options")
     ] = None,
 ) -> int:
-    """Make staged scenes harder step by step until the segmentation breaks, and chart where.
+    """Make generated scenes harder step by step until the segmentation breaks, and chart where.
 
     Tries 5 scenes at each value, or 2 with --quick. Each sweep has a bound that must hold. Past the
     bound an answer may be wrong, but it must still be valid. Exit code 1: a bound is violated.
@@ -71,7 +71,7 @@ def segmentation_stage(
         report=ReportSpec(
             title="Where the segmentation breaks",
             subtitle="share of trials that are right, in %",
-            data="staged scenes, noise 1 mm at 1 m unless the sweep changes it",
+            data="generated scenes, noise 1 mm at 1 m unless the sweep changes it",
             case_name="frame",
             figures=_figures,
             draw=_draw_shares,

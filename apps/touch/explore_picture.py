@@ -86,7 +86,7 @@ def explore_picture(run: ExploreRun, rms_mm: float, seed: int) -> Figure:
     bar.outline.set_visible(False)
     label_axes(right, "x [mm]", "y [mm]", panel=f"Error: {rms_mm:.2f} mm rms")
     data = "two simulated 16 × 16 pads on arms"
-    add_footer(figure, Provenance(data, seed, len(run.points), "felt point"))
+    add_footer(figure, Provenance(data, seed, len(run.points), "measured point"))
     return figure
 
 
