@@ -5,7 +5,7 @@ from __future__ import annotations
 import json as json_format
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 from cyclopts import Parameter
@@ -133,7 +133,7 @@ def calibrate_command(
     )
     if json:
         rows = _rows(images, views, found)
-        summary = {
+        summary: dict[str, Any] = {
             "position_error_mm": found.position_error * MM_PER_M,
             "angle_error_deg": float(np.rad2deg(found.angle_error)),
             "pixel_error_px": found.pixel_error,

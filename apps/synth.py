@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from dataclasses import replace
 from pathlib import Path
-from typing import Literal, cast
+from typing import Any, Literal, cast
 
 import numpy as np
 from rich.table import Table
@@ -126,7 +126,7 @@ def synth(
             }
             for number, item in enumerate(scene.objects, start=1)
         ]
-        times = {
+        times: dict[str, Any] = {
             "settle_ms": round((settled - began) * 1e3, 1),
             "render_ms": round((rendered - settled) * 1e3, 1),
         }
