@@ -7,7 +7,13 @@ import pytest
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.errors import InputError
-from eyehand.grasping import GraspOptions, plan_prototypes, select_prototype
+from eyehand.grasping import (
+    GraspOptions,
+    GraspPurpose,
+    Prototype,
+    plan_prototypes,
+    select_prototype,
+)
 from eyehand.grasping.hands import nominal_hand
 from eyehand.grasping.palm_placement import max_closing_reach
 from eyehand.perception import SceneObject, Superquadric, SuperquadricFit, SupportPlane
@@ -263,9 +269,14 @@ def test_zero_up_vector_is_rejected():
 
 def test_purpose_changes_prototype():
     item = can(0.0375, 0.08)
-    wanted = {"lift": "precision", "move": "power", "hand-over": "precision", "use": "power"}
+    wanted: dict[GraspPurpose, Prototype] = {
+        "lift": "precision",
+        "move": "power",
+        "hand-over": "precision",
+        "use": "power",
+    }
     for purpose, prototype in wanted.items():
-        plan = select_prototype(item, TABLE, options=GraspOptions(purpose=purpose))  # type: ignore[arg-type]  # keys are purposes
+        plan = select_prototype(item, TABLE, options=GraspOptions(purpose=purpose))
         assert plan.prototype == prototype
 
 

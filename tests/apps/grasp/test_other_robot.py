@@ -66,8 +66,8 @@ def test_wrist_of_a_hand_that_keeps_still_is_no_arm_joint(robot_file, tmp_path):
     spec.compile()
     path = tmp_path / "wrist.xml"
     path.write_text(spec.to_xml())
-    told = json.loads(robot_file.with_suffix(".hand.json").read_text())
-    path.with_suffix(".hand.json").write_text(json.dumps({**told, "still": {"wrist": 0.0}}))
+    description = json.loads(robot_file.with_suffix(".hand.json").read_text())
+    path.with_suffix(".hand.json").write_text(json.dumps({**description, "still": {"wrist": 0.0}}))
 
     robot = GraspRobot.of_file(path, f"{PREFIX}palm")
 

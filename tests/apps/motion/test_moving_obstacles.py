@@ -1,4 +1,4 @@
-"""Solids that move at the arm with untold velocity."""
+"""Solids that move towards the arm. The controller does not receive their velocity."""
 
 from __future__ import annotations
 
