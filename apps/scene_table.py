@@ -8,6 +8,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from .scene_picture import colour_of
+from .wording import counted
 
 if TYPE_CHECKING:
     from eyehand.perception import SceneObject
@@ -25,7 +26,7 @@ def scene_table(found: PerceivedFrame, source: str) -> Table:
     stages = ", ".join(f"{stage} {value * 1e3:.0f}" for stage, value in scene.timings.items())
     total = scene.seconds + found.plan_seconds
     table = Table(
-        title=f"{escape(source)}: {len(scene.objects)} objects",
+        title=f"{escape(source)}: {counted(len(scene.objects), 'object')}",
         title_justify="left",
         caption=f"{total * 1e3:.0f} ms: {stages}, grasps {found.plan_seconds * 1e3:.0f}\n{WHOSE}",
         caption_justify="left",

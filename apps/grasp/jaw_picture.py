@@ -11,6 +11,7 @@ from eyehand.perception.superquadric import mesh
 
 from ..scene_json import fit_parts
 from ..scene_picture import SUBPIXEL, colour_of, overlay_picture
+from ..wording import counted
 from .jaw_shapes import EDGES, FACES, DrawnGrasp, drawn_grasps
 from .jaw_table import approach_name
 from .painted_view import PaintedView
@@ -162,11 +163,12 @@ def _list_panel(found: GraspedFrame, drawn: list[DrawnGrasp], width: int) -> NDA
     ][:MAX_NOTES]
     if len(found.best_ranks) > len(drawn):
         more = len(found.best_ranks) - len(drawn)
-        notes.insert(0, (f"{more} more objects have a grasp", np.full(3, 255, np.uint8)))
+        notes.insert(0, (f"{more} more with a grasp", np.full(3, 255, np.uint8)))
     lines = len(drawn) + len(notes) + 1
     panel = np.full((LINE_HEIGHT * lines + 16, width, 3), 255, np.uint8)
     title = (
-        f"{found.hand.name}: best grasp of each object, {len(found.grasps)} grasps in all; "
+        f"{found.hand.name}: best grasp of each object, "
+        f"{counted(len(found.grasps), 'grasp')} in all; "
         "number: rank; colour: object; red ring: forbidden"
     )
     _write(panel, title if drawn else found.grasps.reason, 16, 0, INK)

@@ -9,6 +9,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from ..scene_picture import colour_of
+from ..wording import counted
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -27,8 +28,8 @@ def grasp_table(found: GraspedFrame) -> Table:
     scene, grasps = found.scene, found.grasps
     safe = sum(grasp.safe for grasp in grasps)
     table = Table(
-        title=f"{escape(found.source)}: {len(scene.objects)} objects, {len(grasps)} grasps of "
-        f"{escape(found.hand.name)}, {safe} of them safe",
+        title=f"{escape(found.source)}: {counted(len(scene.objects), 'object')}, "
+        f"{counted(len(grasps), 'grasp')} of {escape(found.hand.name)}, {safe} safe",
         title_justify="left",
         caption=f"{1e3 * (scene.seconds + grasps.seconds):.0f} ms: perception "
         f"{1e3 * scene.seconds:.0f}, planning {1e3 * grasps.seconds:.0f}; positions of the tool "
