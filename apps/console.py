@@ -1,4 +1,7 @@
-"""Terminal output: messages go to stderr, and `--json` prints one JSON object on stdout."""
+"""Terminal output, and counts in words.
+
+Messages go to stderr. `--json` prints one JSON object on stdout.
+"""
 
 from __future__ import annotations
 
@@ -103,3 +106,18 @@ def wide_table(
     for heading in headings:
         table.add_column(heading, justify="left" if heading in left else "right", no_wrap=True)
     return table
+
+
+def counted(count: int, noun: str) -> str:
+    """Return a count with its noun: ``1 scene``, ``2 scenes``."""
+    return f"{count} {plural(count, noun)}"
+
+
+def plural(count: int, noun: str) -> str:
+    """Return a noun in singular or plural. The plural must end in a plain s."""
+    return noun if count == 1 else f"{noun}s"
+
+
+def seed_span(first: int, count: int) -> str:
+    """Return the words for consecutive seeds: ``seed 3``, ``seeds 3 to 7``."""
+    return f"seed {first}" if count == 1 else f"seeds {first} to {first + count - 1}"

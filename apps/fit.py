@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from cyclopts import Parameter
@@ -12,11 +13,10 @@ from rich.markup import escape
 from rich.table import Table
 
 from eyehand.errors import InputError
-from eyehand.perception import SuperquadricFit
-from eyehand.perception.superquadric import OptimiserName
+from eyehand.perception import FitOptions, SuperquadricFit
+from eyehand.perception.superquadric import MAX_PARTS, Kind, OptimiserName
 
 from .console import print_json, say, show, tracked
-from .fitting.fit_choice import FitChoice, KindChoice
 from .fitting.fit_inputs import CloudInput, FittedCloud, FrameInput, read_inputs
 from .fitting.robot_files import WATER_DENSITY
 from .frame_masks import FrameMasks
@@ -26,6 +26,11 @@ from .perceived_frame import load_kernels
 from .scene_json import fit_json, fit_parts
 
 DEFAULT_PORT = 8080
+
+KindChoice = Literal["auto"] | Kind
+"""A kind of solid; ``auto`` selects the simplest kind that explains the points."""
+MAX_NOISE_MM = 100.0
+"""Maximum noise, mm."""
 
 
 def fit_command(
@@ -253,3 +258,59 @@ def _note(fitted: FittedCloud) -> str:
     if solid is not None and any(solid.taper):
         notes.append("taper " + " ".join(f"{k:.2f}" for k in solid.taper))
     return "; ".join(notes)
+
+
+@dataclass(frozen=True)
+class FitChoice:
+    """The fit choices of the command line; None selects the default.
+
+    Raises
+    ------
+    InputError
+        If a value is out of range. The message names the option and the range.
+    """
+
+    kind: KindChoice = "auto"
+    """Solid to fit."""
+    noise_mm: float = 1.5
+    """Expected noise of the points, one standard deviation, mm."""
+    budget_ms: float | None = None
+    """Time limit of a fit, ms."""
+    max_parts: int | None = None
+    """Maximum number of solids per object."""
+    points: int | None = None
+    """Number of points used."""
+    optimiser: OptimiserName | None = None
+    """Optimiser of the final refinement."""
+
+    def __post_init__(self) -> None:
+        if not 0.0 < self.noise_mm <= MAX_NOISE_MM:
+            raise InputError(
+                f"--noise-mm must be above 0 and at most {MAX_NOISE_MM:g}, got {self.noise_mm}"
+            )
+        if self.max_parts is not None and not 1 <= self.max_parts <= MAX_PARTS:
+            raise InputError(f"--max-parts must be 1 to {MAX_PARTS}, got {self.max_parts}")
+        if self.budget_ms is not None and not 0.0 < self.budget_ms < float("inf"):
+            raise InputError(f"--budget-ms must be finite and above 0, got {self.budget_ms}")
+        for name in ("points", "optimiser"):
+            if self.budget_ms is not None and getattr(self, name) is not None:
+                raise InputError(
+                    f"--budget-ms and --{name} exclude each other: --budget-ms selects the {name}"
+                )
+
+    def options(self) -> FitOptions:
+        """Return the options of the fit.
+
+        Raises
+        ------
+        InputError
+            If no setting of the stored front meets the budget, or a value is out of range.
+        """
+        chosen = FitOptions() if self.budget_ms is None else FitOptions.for_budget(self.budget_ms)
+        changes: dict[str, Any] = {"noise": self.noise_mm * 1e-3}
+        if self.kind != "auto":
+            changes["kinds"] = (self.kind,)
+        for name in ("points", "optimiser", "max_parts"):
+            if getattr(self, name) is not None:
+                changes[name] = getattr(self, name)
+        return replace(chosen, **changes)

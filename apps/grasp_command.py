@@ -3,22 +3,26 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
 from eyehand.errors import InputError
-from eyehand.grasping import JawOptions
+from eyehand.grasping import JawOptions, generic_jaw, load_hand
+from eyehand.grasping.hands import built_in_hands
 
 from .console import json_text, print_json, say, show
 from .frame_masks import FrameMasks
 from .frame_stream import check_source, is_recording, open_frames
-from .grasp.jaw_choice import JawChoice
 from .grasp.jaw_frame import GraspedFrame, grasp_frame
 from .grasp.jaw_table import frame_json, grasp_rows, grasp_table, object_notes
 from .output_files import make_folder, write_picture, write_text
 from .perceived_frame import check_usable, load_kernels
+
+if TYPE_CHECKING:
+    from eyehand.grasping import ParallelHand
 
 MAX_CALIBRATION_ERROR = 50.0
 """Maximum of --calibration-error, mm."""
@@ -27,6 +31,9 @@ SUFFIXES = {
     "--picture": (".png",),
     "--page": (".html", ".htm"),
 }
+
+MAX_SIZE_MM = 1000.0
+GENERIC = "generic"
 
 
 def grasp_command(
@@ -204,3 +211,56 @@ def _report(found: GraspedFrame, *, json_wanted: bool) -> None:
         )
     for warning in found.scene.warnings:
         say(f"warning: {warning.message}")
+
+
+@dataclass(frozen=True)
+class JawChoice:
+    """Options that choose the gripper."""
+
+    hand: str | None = None
+    """Gripper: panda, 2f85, 2f140, hande, wsg50, allegro, shadow, or the JSON file of its
+    description, which eyehand hand describe writes."""
+    stroke: float | None = None
+    """Generic gripper: maximum distance between the pads, mm."""
+    finger_depth: float | None = None
+    """Generic gripper: distance of the fingertips from the palm, mm."""
+    finger_width: float | None = None
+    """Generic gripper: width of a finger across the closing direction, mm."""
+    joint_prefix: str = ""
+    """Text before the names of the gripper's joints in the postures, as in a ROS description:
+    panda_ makes panda_finger_joint1."""
+
+    def load(self) -> ParallelHand:
+        """Return the description of the gripper.
+
+        Raises
+        ------
+        InputError
+            If no gripper is chosen, or it is unknown, or a size is out of range.
+        """
+        hand = self._chosen()
+        joints = tuple(replace(joint, name=self.joint_prefix + joint.name) for joint in hand.joints)
+        return replace(hand, joints=joints) if self.joint_prefix else hand
+
+    def _chosen(self) -> ParallelHand:
+        sizes = {
+            name: value
+            for name in ("stroke", "finger_depth", "finger_width")
+            if (value := getattr(self, name)) is not None
+        }
+        options = ", ".join(f"--{name.replace('_', '-')}" for name in sizes)
+        if self.hand is None and not sizes:
+            raise InputError(
+                f"give the gripper: --hand NAME ({', '.join(built_in_hands())}), --hand FILE.json, "
+                "or --stroke MM for a generic one"
+            )
+        if not sizes:
+            assert self.hand is not None
+            return load_hand(self.hand)
+        if self.hand not in (None, GENERIC):
+            raise InputError(f"{options} describe a generic gripper, and --hand names {self.hand}")
+        for name, value in sizes.items():
+            if not (math.isfinite(value) and 0.0 < value < MAX_SIZE_MM):
+                option = f"--{name.replace('_', '-')}"
+                raise InputError(f"{option} must be above 0 and below 1000 mm, got {value:g}")
+        return generic_jaw(**{name: 1e-3 * value for name, value in sizes.items()})

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from ..bench.report_page import data_url, html_page, html_table
+from ..console import counted, plural
 from ..output_files import write_text
-from ..wording import counted, plural
 from .capture_cards import capture_card, final_capture_card, object_cell, outcome_pill
 from .demo_record import Capture, DemoRecord
 from .demo_table import task_words

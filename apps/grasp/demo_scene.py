@@ -11,7 +11,7 @@ from eyehand.data_synth import read_ground_truth
 from eyehand.data_synth.scenes import MAX_OBJECTS, MeshObject, TabletopObject
 from eyehand.errors import InputError
 
-from ..wording import counted
+from ..console import counted
 from .mesh_scenes import ObjectSource, mesh_scene
 from .scenes import GraspFamily, grasp_scene
 

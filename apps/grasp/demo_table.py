@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 from rich.markup import escape
 from rich.table import Table
 
+from ..console import plural
 from ..scene_picture import colour_of
-from ..wording import plural
 
 if TYPE_CHECKING:
     from eyehand.grasping import ClearReport, GraspPlan

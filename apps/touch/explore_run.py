@@ -28,7 +28,6 @@ from eyehand.tactile import (
 
 from .arm_rig import CYCLE, ArmRig, Hand, RigOptions, SensorName, home_pose
 from .commissioning import commissioned
-from .explore_lanes import distances, lanes, position_on_path
 from .felt_points import felt_points
 from .press_bench import pressed_decoder
 from .start_posture import facing_down, start_posture
@@ -67,6 +66,16 @@ LANDING_SECONDS = 2.0
 """Time before the scan starts, s."""
 EVERY = 10
 """Number of cycles between two images that contribute points."""
+
+HALF_WIDTH, HALF_DEPTH, SHARE = 0.1, 0.07, 0.93
+"""Half axes of the ellipse assumed for the object's plan, m, and the fraction of it that the pad
+centres cover. A camera can provide such an estimate of the size."""
+OUTERMOST, LANES = 0.085, 5
+"""Outermost lane of a pad's half along x, m, and number of lanes in each of the two directions."""
+QUICK_LANES = 2
+"""Number of lanes per direction of a quick scan."""
+START = 0.3
+"""Landing position of a pad, as a fraction of the outermost lane."""
 
 
 @dataclass(frozen=True)
@@ -263,3 +272,49 @@ def _tilt(rotation: NDArray[np.float64]) -> float:
 
 _RIM = 0.042 * np.array([[x, y, 0.0] for x in (-1.0, 1.0) for y in (-1.0, 1.0)])
 """Corners of a pad's plate in the pad frame, m. The plate extends 2 mm beyond the foam."""
+
+
+def lanes(quick: bool) -> NDArray[np.float64]:
+    """Return the corners (K, 2) of a pad's path over its half, m, first along y, then along x.
+
+    Positive x points outwards from the object's centre.
+    """
+    count = QUICK_LANES if quick else LANES
+    corners = [(START * OUTERMOST, 0.0)]
+    for number, x in enumerate(np.linspace(0.0, OUTERMOST, count)):
+        end = HALF_DEPTH if number % 2 else -HALF_DEPTH
+        corners += [(x, end), (x, -end)]
+    reach = SHARE * HALF_DEPTH
+    for number, y in enumerate(np.linspace(-reach, reach, count + 2)[1:-1]):
+        ends = (0.0, OUTERMOST) if number % 2 else (OUTERMOST, 0.0)
+        corners += [(ends[0], y), (ends[1], y)]
+    # The corners are limited to the ellipse here. Otherwise the pad would wait on shortened lanes.
+    return np.array([_inside(np.array(corner)) for corner in corners])
+
+
+def position_on_path(
+    corners: NDArray[np.float64], path_distances: NDArray[np.float64], travelled: float, number: int
+) -> NDArray[np.float64]:
+    """Compute the goal position (2,) of the left (0) or right (1) pad, m. The paths are mirrored.
+
+    Parameters
+    ----------
+    corners, path_distances
+        Corners of the path (see :func:`lanes`) and their distances along it (:func:`distances`).
+    travelled
+        Travelled distance along the path, m.
+    number
+        Index of the pad.
+    """
+    x, y = (np.interp(travelled, path_distances, corners[:, axis]) for axis in (0, 1))
+    return _inside(np.array([x if number else -x, y]))
+
+
+def distances(corners: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Compute the distance (K,) of each corner (K, 2) along the path, m."""
+    return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(corners, axis=0), axis=1))])
+
+
+def _inside(place: NDArray[np.float64]) -> NDArray[np.float64]:
+    half = HALF_DEPTH * np.sqrt(max(SHARE**2 - (place[0] / HALF_WIDTH) ** 2, 0.0))
+    return np.array([place[0], np.clip(place[1], -half, half)])

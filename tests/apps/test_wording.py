@@ -1,6 +1,6 @@
 """Counts agree with their nouns."""
 
-from eyehand.apps.wording import counted, plural, seed_span
+from eyehand.apps.console import counted, plural, seed_span
 
 
 def test_singular_for_one_and_plural_for_others():

@@ -20,10 +20,9 @@ from ...bench import (
     result_table,
     write_csv,
 )
-from ...console import print_json, say, show, tracked
+from ...console import counted, print_json, say, seed_span, show, tracked
 from ...perceived_frame import load_kernels
 from ...run_folder import claim_folder
-from ...wording import counted, seed_span
 from .baselines import find_baseline
 from .clouds import FitCase, Group, fit_case
 from .comparison import OWN, baseline_fitter, case_rows, grade, own_fitter, summary_rows

@@ -8,8 +8,7 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from eyehand.apps.console import say, show
-from eyehand.apps.wording import counted, seed_span
+from eyehand.apps.console import counted, say, seed_span, show
 from eyehand.errors import InputError
 
 from ...bench.chart_style import Provenance, write_chart

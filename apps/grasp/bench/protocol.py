@@ -11,8 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from eyehand.apps.console import print_json, say, show, tracked
-from eyehand.apps.wording import counted, seed_span
+from eyehand.apps.console import counted, print_json, say, seed_span, show, tracked
 from eyehand.errors import DeviceError, InputError
 from eyehand.grasping import JawOptions, load_hand
 

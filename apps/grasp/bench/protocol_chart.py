@@ -7,8 +7,7 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-from eyehand.apps.console import print_json, say, show
-from eyehand.apps.wording import counted, seed_span
+from eyehand.apps.console import counted, print_json, say, seed_span, show
 from eyehand.errors import InputError
 from eyehand.grasping import JawOptions
 

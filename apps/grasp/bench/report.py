@@ -8,7 +8,7 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
-from eyehand.apps.wording import counted
+from eyehand.apps.console import counted
 
 from ...bench.chart_style import BLUE, GREEN, INK, ORANGE, PURPLE, SKY, VERMILION
 from ...bench.report_page import data_url, html_page, html_table

@@ -10,8 +10,7 @@ import json
 from math import isfinite
 from typing import TYPE_CHECKING, Any
 
-from eyehand.apps.console import say
-from eyehand.apps.wording import counted
+from eyehand.apps.console import counted, say
 from eyehand.errors import InputError
 from eyehand.perception.io import atomic_write
 

@@ -37,8 +37,7 @@ from .displacement import Displacement
 from .held_load import HeldLoad
 from .pick_row import PickRow
 from .predicted_hold import predicted_hold
-from .too_wide import too_wide_objects
-from .unattempted import UnattemptedObject, unattempted_objects
+from .unattempted import UnattemptedObject, too_wide_objects, unattempted_objects
 
 SETTLE_SECONDS = 0.3
 """Waiting time before the first capture, s. Dropped objects come to rest."""

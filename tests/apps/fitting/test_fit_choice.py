@@ -4,7 +4,7 @@ from typing import get_args
 
 import pytest
 
-from eyehand.apps.fitting.fit_choice import FitChoice
+from eyehand.apps.fit import FitChoice
 from eyehand.errors import InputError
 from eyehand.perception import FitOptions
 from eyehand.perception.superquadric import Kind, OptimiserName

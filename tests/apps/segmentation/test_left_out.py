@@ -8,7 +8,7 @@ import pytest
 from eyehand.apps.main import main
 from eyehand.apps.segmentation import left_out, tuned_constants
 from eyehand.apps.segmentation.kinds import JudgedFrame, KindOptions, Score, open_kinds
-from eyehand.apps.segmentation.labelled_edges import (
+from eyehand.apps.segmentation.left_out import (
     LabelledEdges,
     edges_right,
     fit_log_odds,

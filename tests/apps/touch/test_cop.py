@@ -6,8 +6,7 @@ import json
 import numpy as np
 import pytest
 
-from eyehand.apps.touch.cop import probe_row
-from eyehand.apps.touch.probe_path import ProbePath
+from eyehand.apps.touch.cop import ProbePath, probe_row
 
 
 def test_probe_position_between_tactels_is_accurate(tmp_path, run_experiment):

@@ -12,8 +12,7 @@ import pytest
 
 from eyehand.apps.fitting.page_server import ANY_PORT
 from eyehand.apps.touch import view
-from eyehand.apps.touch.touch_page import MESSAGE_SECONDS, TouchPage
-from eyehand.apps.touch.touch_picture import touch_picture
+from eyehand.apps.touch.touch_page import MESSAGE_SECONDS, TouchPage, touch_picture
 from eyehand.apps.touch.view import touch_view
 from eyehand.apps.touch.view_sources import counts_calibration, open_source
 from eyehand.errors import DeviceError, InputError

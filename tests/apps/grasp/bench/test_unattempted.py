@@ -9,8 +9,7 @@ import pytest
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import RigidTransform, Rotation
 
-from eyehand.apps.grasp.bench.too_wide import too_wide_objects
-from eyehand.apps.grasp.bench.unattempted import unattempted_objects
+from eyehand.apps.grasp.bench.unattempted import too_wide_objects, unattempted_objects
 from eyehand.data_synth.scenes import MeshObject
 from eyehand.grasping import ClearReport
 
