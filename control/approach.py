@@ -18,7 +18,7 @@ from .cycle import ControlCycle
 from .motion_steps import CycleResult
 from .options import ControlOptions
 from .posture_checks import jump_reason, posture_fault
-from .progress import Progress
+from .progress import Progress, why_stuck
 from .repulsion import require_stable
 from .retreat import (
     AT_RETREAT_GOAL,
@@ -29,7 +29,6 @@ from .retreat import (
     retreat_configurations,
 )
 from .robot_state import RobotState
-from .stuck_reason import why_stuck
 from .tasks.posture import Posture
 from .tasks.task import Task
 

@@ -1,12 +1,14 @@
-"""Options of the tactile servo."""
+"""Options of the tactile servo, and the largest gain at which it is stable."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, fields
+
+from scipy.optimize import brentq
 
 from eyehand.errors import InputError
 
-from .gain_limit import gain_limit
 from .stiffness import MAX_STIFFNESS, MIN_STIFFNESS
 
 MAX_WINDOW = 100
@@ -17,6 +19,9 @@ ROLL_GAIN = 16.0
 """Upper bound of the loop gain of rolling, 1/s."""
 TURN_GAIN = 8.0
 """Upper bound of the loop gain of turning, 1/s."""
+
+HOLD_CYCLES = 0.5
+"""Mean delay of a velocity command, cycles. The command is held for one cycle."""
 
 
 @dataclass(frozen=True)
@@ -115,3 +120,53 @@ class ServoOptions:
 def _check(name: str, value: object, good: bool, want: str) -> None:
     if not good:
         raise InputError(f"{name} must be {want}, got {value}")
+
+
+def gain_limit(window: int, rate: float, lag: float, latency: float) -> float:
+    """Compute the loop gain beyond which a proportional servo oscillates, 1/s.
+
+    The loop: error times gain is a velocity command, an arm with first-order lag follows it, and
+    the plant integrates the velocity. A moving average filters the reading, which acts `latency`
+    cycles later. The limit is the gain at which the loop has phase π and amplitude 1.
+
+    Parameters
+    ----------
+    window
+        Samples of the moving average, >= 1; 1 means no filter.
+    rate
+        Control rate, Hz, > 0.
+    lag
+        Time constant of the arm's velocity, s, >= 0.
+    latency
+        Cycles between a reading and the motion that it causes, >= 0.
+
+    Returns
+    -------
+    float
+        1/s; to be compared with Kp times the plant's gain, for example Kp dp/dz.
+
+    Raises
+    ------
+    InputError
+        If a value is out of its range.
+    """
+    if window < 1 or not rate > 0 or not lag >= 0 or not latency >= 0:
+        raise InputError(
+            "a gain limit needs window >= 1, rate > 0, lag >= 0, latency >= 0, got "
+            f"{window}, {rate}, {lag}, {latency}"
+        )
+    period = 1.0 / rate
+    delay = period * (latency + HOLD_CYCLES + 0.5 * (window - 1))
+
+    def phase_margin(omega: float) -> float:
+        return 0.5 * math.pi - omega * delay - math.atan(omega * lag)
+
+    omega = float(brentq(phase_margin, 0.0, 0.5 * math.pi / delay * (1 + 1e-9)))  # pyright: ignore[reportArgumentType] - without full_output it is a float
+    return omega * math.hypot(1.0, omega * lag) / _average_amplitude(omega * period, window)
+
+
+def _average_amplitude(angle: float, window: int) -> float:
+    """Return the amplitude of a moving average at `angle` rad per sample."""
+    if window == 1 or angle == 0.0:
+        return 1.0
+    return abs(math.sin(0.5 * window * angle) / (window * math.sin(0.5 * angle)))

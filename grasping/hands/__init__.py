@@ -1,6 +1,6 @@
 """Describe a hand: its model, its commands and readings, how it closes, and what it feels.
 
-`fingertips` is not imported here, because it loads the tactile package with its compiler.
+`finger_control` is not imported here, because it loads the tactile package with its compiler.
 """
 
 from .closing import IDLE_OPENING, Closing, open_command, preshape_command

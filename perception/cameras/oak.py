@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING
 from eyehand.errors import DeviceError, InputError
 
 from .depthai_import import load_depthai
-from .oak_message import depth_frame
-from .oak_stream import images, next_pair, paired
+from .oak_message import depth_frame, images, next_pair, paired
 from .ros_frames import check_recording, recorded
 
 if TYPE_CHECKING:

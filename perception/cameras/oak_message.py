@@ -1,7 +1,9 @@
-"""Conversion of depthai image messages to depth frames."""
+"""Streams of depthai image messages, and their conversion to depth frames."""
 
 from __future__ import annotations
 
+import time
+from datetime import timedelta
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -9,7 +11,7 @@ import numpy as np
 from eyehand.errors import InputError
 
 from ..frame import CameraIntrinsics, DepthFrame
-from .depthai_import import load_depthai
+from .depthai_import import load_depthai, queue_closed_error
 
 if TYPE_CHECKING:
     import depthai as dai
@@ -22,6 +24,15 @@ UNITS_PER_METRE = 1000.0
 SKEW_TOLERANCE = 1e-4
 """Off-diagonal terms of the camera matrix, relative to the focal length, that are still float32
 noise: at the edge of a 90 degree view they move a pixel by 1e-4 of half the image's width."""
+
+DEPTH, COLOUR = "depth", "colour"
+"""Names of the two messages in a pair."""
+
+QUEUE_SIZE = 2
+"""Pairs in the queue: the one being read and the next one."""
+
+POLL_S = 0.1
+"""Duration of one wait inside depthai, s. Ctrl-C takes effect only between waits."""
 
 
 def depth_frame(
@@ -104,3 +115,73 @@ def intrinsics_from_transformation(transformation: dai.ImgTransformation) -> Cam
         raise InputError(f"the depth image is rotated or skewed: camera matrix {K.tolist()}")
     fx, fy, cx, cy = (float(x) for x in (K[0, 0], K[1, 1], K[0, 2], K[1, 2]))
     return CameraIntrinsics(fx, fy, cx, cy, width, height)
+
+
+def paired(
+    pipeline: dai.Pipeline,
+    depth: dai.Node.Output,
+    colour: dai.Node.Output | None,
+    tolerance_s: float,
+) -> dai.MessageQueue:
+    """Return a queue of message groups whose depth and colour were taken together.
+
+    Old pairs are dropped, so that a slow reader gets the newest pair.
+
+    Parameters
+    ----------
+    pipeline : depthai.Pipeline
+        The pipeline to add the pairing to; not started yet.
+    depth, colour : depthai.Node.Output
+        The outputs to pair. Without colour the groups hold depth alone.
+    tolerance_s : float
+        Largest difference of the two time stamps, s.
+    """
+    import depthai as dai
+
+    sync = pipeline.create(dai.node.Sync)
+    sync.setRunOnHost(True)
+    sync.setSyncThreshold(timedelta(seconds=tolerance_s))
+    for name, output in ((DEPTH, depth), (COLOUR, colour)):
+        if output is not None:
+            output.link(sync.inputs[name])
+            sync.inputs[name].setBlocking(False)
+    return sync.out.createOutputQueue(maxSize=QUEUE_SIZE, blocking=False)
+
+
+def next_pair(queue: dai.MessageQueue, timeout_s: float) -> dai.MessageGroup | None:
+    """Wait for the next pair; None when none comes within the time or the stream has ended."""
+    import depthai as dai
+
+    closed = queue_closed_error()
+    deadline = time.monotonic() + timeout_s
+    while (left := deadline - time.monotonic()) > 0:
+        try:
+            message = queue.get(timedelta(seconds=min(left, POLL_S)))
+        except closed:
+            return None
+        if isinstance(message, dai.MessageGroup):
+            return message
+    return None
+
+
+def images(pair: dai.MessageGroup) -> tuple[dai.ImgFrame, dai.ImgFrame | None]:
+    """Return the depth image of a pair, and its colour image or None.
+
+    Raises
+    ------
+    InputError
+        If one of them is some other message.
+    """
+    colour = _image(pair, COLOUR) if COLOUR in pair.getMessageNames() else None
+    return _image(pair, DEPTH), colour
+
+
+def _image(pair: dai.MessageGroup, name: str) -> dai.ImgFrame:
+    import depthai as dai
+
+    message = pair[name]
+    if not isinstance(message, dai.ImgFrame):
+        raise InputError(
+            f"the {name} stream holds {type(message).__name__} messages, expected images"
+        )
+    return message

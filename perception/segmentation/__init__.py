@@ -19,9 +19,8 @@
 in ``STORED_FRONT``, which ``eyehand chart segmentation --store`` writes in ``FRONT_FORMAT``.
 """
 
-from .budget import FRONT_FORMAT, STORED_FRONT
 from .container import Container, Wall
-from .options import SegmentationOptions
+from .options import FRONT_FORMAT, STORED_FRONT, SegmentationOptions
 from .result import Segmentation, SupportPlane
 from .scene_warnings import SceneWarning
 from .segment import segment

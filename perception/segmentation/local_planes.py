@@ -6,6 +6,7 @@ structured light in disparity does not depend on distance, so one threshold fits
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -13,8 +14,8 @@ from numba import njit
 from numpy.typing import NDArray
 
 from ..frame import CameraIntrinsics
+from ..thread_pool import map_in_threads
 from .options import SegmentationOptions
-from .row_bands import run_in_row_bands
 from .working_image import WorkingImage
 
 GOOD_FIT = 2.0
@@ -30,6 +31,9 @@ surfaces, a higher one joins surfaces across small steps."""
 CREASE_SIGMAS = 18.0
 """Maximum change of slope at a crease, in σ per px. A larger change counts as a step. A lower value
 separates faces seen at a grazing angle, a higher one joins what is behind a round rim."""
+
+MIN_ROWS = 32
+"""Minimum rows of a band. The overhead of a smaller band exceeds the time that it saves."""
 
 
 class LocalPlanes(NamedTuple):
@@ -272,3 +276,45 @@ def row_normals(planes, v, pinhole, u_from_centre, normals):
         scale = -1.0 / np.sqrt(x * x + y * y + z * z)
         scale = scale if value[u] > 0 else 0.0
         first[u], second[u], third[u] = x * scale, y * scale, z * scale
+
+
+def run_in_row_bands(
+    function: Callable[..., tuple[NDArray, ...]],
+    images: Sequence[NDArray],
+    overlap: int,
+    threads: int,
+) -> tuple[NDArray, ...]:
+    """Run ``function(*images)`` on bands of rows and join the results.
+
+    Parameters
+    ----------
+    function
+        Takes images (H, ...) and returns images with the same number of rows. Row v of a result
+        may depend only on the rows from v - overlap to v + overlap. The bands run in parallel
+        only if it releases the interpreter's lock (numba: ``nogil``). Threads of this kind cost
+        microseconds; numba's own threading layers cost milliseconds on a loaded machine.
+    images
+        Arguments of `function`, all with the same number of rows.
+    overlap
+        Rows on each side that a row of the result depends on.
+    threads
+        Maximum number of bands.
+
+    Returns
+    -------
+    tuple of NDArray
+        The result of one call on the whole images.
+    """
+    rows = images[0].shape[0]
+    bands = min(threads, rows // MIN_ROWS)
+    if bands < 2:
+        return function(*images)
+    edges = np.linspace(0, rows, bands + 1).round().astype(int)
+
+    def run(k: int) -> tuple[NDArray, ...]:
+        first, last = max(edges[k] - overlap, 0), min(edges[k + 1] + overlap, rows)
+        results = function(*(image[first:last] for image in images))
+        return tuple(result[edges[k] - first : edges[k + 1] - first] for result in results)
+
+    parts = map_in_threads(run, range(bands), bands)
+    return tuple(np.concatenate(images) for images in zip(*parts, strict=True))

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from eyehand.errors import InputError
-from eyehand.tactile.gain_limit import gain_limit
-from eyehand.tactile.servo_options import ServoOptions
+from eyehand.tactile.servo_options import ServoOptions, gain_limit
 
 CASES = [(1, 0.0, 1), (1, 0.015, 1), (6, 0.015, 1), (10, 0.0, 1), (10, 0.02, 2), (4, 0.01, 0)]
 

@@ -5,7 +5,7 @@ import pytest
 
 from eyehand.data_synth.cell.fingertip_pads import tip_array
 from eyehand.grasping.hands import HandReading
-from eyehand.grasping.hands.fingertips import fingertip_contacts, off_face_contacts
+from eyehand.grasping.hands.finger_control import fingertip_contacts, off_face_contacts
 from eyehand.tactile import TactileImage
 
 from ..fake_robot import HAND

@@ -16,7 +16,7 @@ from eyehand.errors import DeviceError, InputError
 from eyehand.perception.cameras import Camera, OakCamera, OakOptions, RosRecording, RosWriter
 from eyehand.perception.cameras.depthai_import import load_depthai
 from eyehand.perception.cameras.oak import PRESETS, live_frames
-from eyehand.perception.cameras.oak_stream import COLOUR, DEPTH
+from eyehand.perception.cameras.oak_message import COLOUR, DEPTH
 from eyehand.perception.cameras.ros_frames import recorded
 
 from .oak_frames import image_messages

@@ -9,8 +9,13 @@ import numpy as np
 import pytest
 
 from eyehand.perception.cameras.depthai_import import load_depthai
-from eyehand.perception.cameras.oak_message import depth_frame
-from eyehand.perception.cameras.oak_stream import QUEUE_SIZE, images, next_pair, paired
+from eyehand.perception.cameras.oak_message import (
+    QUEUE_SIZE,
+    depth_frame,
+    images,
+    next_pair,
+    paired,
+)
 
 from .oak_frames import image_messages
 

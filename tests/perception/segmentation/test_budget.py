@@ -6,7 +6,7 @@ import pytest
 
 from eyehand.errors import InputError
 from eyehand.perception.segmentation import SegmentationOptions
-from eyehand.perception.segmentation.budget import (
+from eyehand.perception.segmentation.options import (
     FRONT_FORMAT,
     STORED_FRONT,
     FrontPoint,

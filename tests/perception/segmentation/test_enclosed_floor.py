@@ -5,7 +5,7 @@ import pytest
 from synthetic_solids import CAMERA_HEIGHT, TABLE_AXES, Box, Plate, exact_image, solid_frame
 
 from eyehand.perception.segmentation import SupportPlane
-from eyehand.perception.segmentation.enclosed_floor import is_enclosed
+from eyehand.perception.segmentation.find_containers import is_enclosed
 from eyehand.perception.segmentation.support_extent import locate_support
 
 PLANE = SupportPlane(TABLE_AXES[2], CAMERA_HEIGHT, 0.0005)

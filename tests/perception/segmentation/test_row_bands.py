@@ -9,8 +9,11 @@ from hypothesis import strategies as st
 from random_planes import image_of
 
 from eyehand.perception import SegmentationOptions
-from eyehand.perception.segmentation.local_planes import fit_local_planes
-from eyehand.perception.segmentation.row_bands import MIN_ROWS, run_in_row_bands
+from eyehand.perception.segmentation.local_planes import (
+    MIN_ROWS,
+    fit_local_planes,
+    run_in_row_bands,
+)
 
 
 def row_sums(reach):
