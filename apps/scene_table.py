@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 from rich.markup import escape
 from rich.table import Table
 
+from .console import counted
 from .scene_picture import colour_of
-from .wording import counted
 
 if TYPE_CHECKING:
     from eyehand.perception import SceneObject

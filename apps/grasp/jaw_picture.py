@@ -9,9 +9,9 @@ import numpy as np
 
 from eyehand.perception.superquadric import mesh
 
+from ..console import counted
 from ..scene_json import fit_parts
 from ..scene_picture import SUBPIXEL, colour_of, overlay_picture
-from ..wording import counted
 from .jaw_shapes import EDGES, FACES, DrawnGrasp, drawn_grasps
 from .jaw_table import approach_name
 from .painted_view import PaintedView

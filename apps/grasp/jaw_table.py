@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 from rich.markup import escape
 from rich.table import Table
 
+from ..console import counted
 from ..scene_picture import colour_of
-from ..wording import counted
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
