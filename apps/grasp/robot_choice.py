@@ -19,8 +19,8 @@ class RobotChoice:
     """Arm: lbr (the default, included), panda, ur5e, iiwa14, or an MJCF file. EYEHAND_ROBOTS names
     the folder of the files; otherwise the package mujoco-menagerie downloads them."""
     hand: str = ""
-    """Hand: own (the default of lbr, included), panda, 2f85, or an MJCF file of a gripper. Default:
-    the arm's own hand."""
+    """Hand: own (the default of lbr, included), panda, 2f85, allegro, or an MJCF file of a gripper
+    or a hand of fingers. Default: the arm's own hand."""
     mount: Numbers = None
     """Pose of the hand's file in the arm's flange, where no default is known: x y z in m, roll
     pitch yaw in rad."""

@@ -17,12 +17,12 @@ from ..mujoco_import import import_mujoco
 from .arm_check import check_arm, check_file_format, check_rest_posture
 from .hand_description import DESCRIPTION_SUFFIX, EXAMPLE, HandDescription, description_beside
 from .hand_frame import find_frame
-from .jaw_assembly import name_parts, prepare_jaws
-from .jaw_drives import JawDrives
-from .jaw_mechanism import JawMechanism, find_jaws
+from .jaw_assembly import prepare_jaws
+from .jaw_drives import JawDrives, create_jaw_drives
+from .jaw_mechanism import JawMechanism, find_jaws, name_parts
 from .pad_friction import grip_pads
 from .robot_file import compile_robot, read_robot
-from .spec_assembly import match_options, prepare_for_attachment, set_base
+from .spec_assembly import match_options, prepare_for_attachment, remove_visual_geoms, set_base
 from .synergy_drives import SynergyDrives
 from .synergy_hand_model import synergy_hand_model
 from .tendon_drives import TendonDrives
@@ -234,7 +234,7 @@ class GraspRobot:
             Prefix of the hand's names in the world.
         """
         if self.jaws is not None:
-            return JawDrives(model, data, self.mechanism, prefix=prefix)
+            return create_jaw_drives(model, data, self.mechanism, self.jaws, prefix=prefix)
         if self.fingers is None:
             return TendonDrives(model, data, prefix=prefix)
         return SynergyDrives(model, data, self.fingers, prefix=prefix)
@@ -303,12 +303,9 @@ class GraspRobot:
         Raises
         ------
         InputError
-            If the file of the hand has no gripper with two jaws.
+            If the file of the hand has no gripper.
         """
-        path = self.arm if self.hand is None else self.hand
-        spec = read_robot(path)
-        name_parts(spec)
-        return find_jaws(spec, path.name)
+        return find_jaws(self.arm if self.hand is None else self.hand)
 
     def compiled(self) -> Any:
         """Return the compiled robot alone (`MjModel`), which is shared: do not change it."""
@@ -325,9 +322,7 @@ class GraspRobot:
     def _control_spec(self) -> Any:
         """The robot without visual geoms, which compiles faster."""
         spec = self.spec()
-        for geom in list(spec.geoms):
-            if geom.contype == 0 and geom.conaffinity == 0:
-                spec.delete(geom)
+        remove_visual_geoms(spec, self._model if self.jaws is not None else None)
         return spec
 
     @functools.cached_property

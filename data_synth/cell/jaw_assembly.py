@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from .jaw_mechanism import JawMechanism, make_servo
+from .jaw_mechanism import JawMechanism, add_armature, make_servo
 from .pad_friction import SLIDING_FRICTION, SPIN_FRICTION_M
 
 TOOL_FRAME = "eyehand_tool"
@@ -13,17 +13,6 @@ TOOL_FRAME = "eyehand_tool"
 CONTACT_SOLREF, CONTACT_SOLIMP = [0.004, 1.0], [0.95, 0.99, 0.001, 0.5, 2.0]
 """Stiffness of the contacts of the jaws: the stiffest at a physics step of 2 ms. A contact is as
 soft as the object is light. With the default, 35 N close the jaws through an object of 7 g."""
-
-
-def name_parts(spec: Any) -> None:
-    """Give a name to each body, joint and actuator of a spec (`MjSpec`) that has none."""
-    for kind, parts in (
-        ("body", spec.bodies[1:]),
-        ("joint", spec.joints),
-        ("actuator", spec.actuators),
-    ):
-        for number, part in enumerate(parts):
-            part.name = part.name or f"{kind}_{number}"
 
 
 def prepare_jaws(
@@ -48,7 +37,10 @@ def prepare_jaws(
     pose = mechanism.T_root_tool
     quaternion = pose.rotation.as_quat(scalar_first=True)
     root.add_site(name=TOOL_FRAME, pos=pose.translation, quat=quaternion)
-    make_servo(spec, prefix + mechanism.motor, mechanism.stiffness)
+    for motor, stiffness in zip(mechanism.motors, mechanism.stiffness, strict=True):
+        make_servo(spec, prefix + motor, float(stiffness))
+    if len(mechanism.motors) > 1:
+        add_armature(spec, [prefix + name for name in mechanism.joints])
     sliding = SLIDING_FRICTION if friction is None else friction
     jaws = {prefix + name for side in mechanism.jaws for name in side}
     for body in spec.bodies[1:]:

@@ -61,8 +61,8 @@ class NamedHand:
 
     file: str
     """MJCF file: folder and name."""
-    turn: float = 0.0
-    """Turn of the file on the flange of an arm, rad."""
+    depth: float = 0.0
+    """Distance of the file's origin from the flange of an arm, m."""
 
 
 INCLUDED_ARM, INCLUDED_HAND = "lbr", "own"
@@ -91,6 +91,8 @@ ARMS = {
 HANDS = {
     "panda": NamedHand("franka_emika_panda/hand.xml"),
     "2f85": NamedHand("robotiq_2f85/2f85.xml"),
+    # The back of the palm is 30 mm behind the file's origin.
+    "allegro": NamedHand("wonik_allegro/right_hand.xml", depth=0.03),
 }
 """Grippers by name, besides the included hand."""
 
@@ -129,8 +131,8 @@ def make_robot(
     hand = hand or (known.hand if known is not None else "")
     if not hand:
         raise InputError(f"the arm {arm!r} has no hand of its own: give --hand {_listed(HANDS)}")
-    path, jaws, turned = _gripper(hand)
-    place = turned if pose is None else pose
+    path, jaws, default = _gripper(hand)
+    place = default if pose is None else pose
     if known is None:
         robot = GraspRobot()
         rest = tuple(robot.home)
@@ -195,12 +197,12 @@ def _robot_of_files(arm: Path, hand: str, mount: RigidTransform | None) -> Grasp
     """Join an arm of a file with a gripper, or read a robot that contains one."""
     contained = mount is None and _contains_gripper(arm)
     if not hand and not contained:
-        raise InputError(f"{arm} contains no gripper with two jaws: give --hand {_listed(HANDS)}")
+        raise InputError(f"{arm} contains no gripper: give --hand {_listed(HANDS)}")
     if contained and (not hand or hand in HANDS):
         return jaw_robot(arm, None, load_hand(hand) if hand else _description(arm))
-    path, jaws, turned = _gripper(hand)
+    path, jaws, default = _gripper(hand)
     if mount is None and hand in HANDS:
-        mount = turned
+        mount = default
     if mount is None:
         raise InputError(
             f"the mount between {arm} and the hand {hand} is not known: "
@@ -210,7 +212,7 @@ def _robot_of_files(arm: Path, hand: str, mount: RigidTransform | None) -> Grasp
 
 
 def _contains_gripper(arm: Path) -> bool:
-    """Return whether a robot's file contains a gripper with two jaws."""
+    """Return whether a robot's file contains a gripper."""
     try:
         _ = GraspRobot(arm, None, jaws=load_hand("generic")).mechanism
     except InputError:
@@ -222,8 +224,8 @@ def _gripper(hand: str) -> tuple[Path, ParallelHand, RigidTransform]:
     """Return file, description and default mount of a gripper."""
     known = HANDS.get(hand)
     if known is not None:
-        turn = RigidTransform.from_rotation(Rotation.from_rotvec([0.0, 0.0, known.turn]))
-        return robot_file(known.file), load_hand(hand), turn
+        place = RigidTransform.from_translation([0.0, 0.0, known.depth])
+        return robot_file(known.file), load_hand(hand), place
     path = _file(hand, "hand", (INCLUDED_HAND, *HANDS))
     return path, _description(path), RigidTransform.identity()
 

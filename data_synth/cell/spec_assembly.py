@@ -69,3 +69,26 @@ def set_base(spec: Any, T_world_base: Any) -> None:
         moved = T_world_base * type(T_world_base).from_components(root.pos, rotation)
         root.pos = moved.translation
         root.quat = moved.rotation.as_quat(scalar_first=True)
+
+
+def remove_visual_geoms(spec: Any, model: Any | None = None) -> None:
+    """Remove the geoms of a spec (`MjSpec`) that touch nothing.
+
+    Parameters
+    ----------
+    spec
+        The spec.
+    model
+        Its `MjModel`, whose inertia the bodies keep: in some files the removed geoms have it. All
+        bodies must have names. None if the other geoms have it.
+    """
+    for geom in list(spec.geoms):
+        if geom.contype == 0 and geom.conaffinity == 0:
+            spec.delete(geom)
+    if model is None:
+        return
+    for body in spec.bodies[1:]:
+        if not body.explicitinertial:
+            part = model.body(body.name)
+            body.explicitinertial, body.mass, body.inertia = True, part.mass[0], part.inertia
+            body.ipos, body.iquat = part.ipos, part.iquat

@@ -20,7 +20,7 @@ from .hand_names import PALM, PINCER_FINGER, THUMB
 from .hand_state import finger_curl, finger_forces, finger_reading, grip_width, is_holding
 from .nominal_hand import nominal_hand
 from .parallel_hand import HandBox, HandJoint, ParallelHand, ToolPose, generic_jaw
-from .robot_file import DescribedHand, FileChoices, describe_hand
+from .robot_file import DescribedHand, FileChoices, JawPostures, describe_hand
 
 __all__ = [
     "IDLE_OPENING",
@@ -41,6 +41,7 @@ __all__ = [
     "HandModel",
     "HandReading",
     "JawCommand",
+    "JawPostures",
     "JawReading",
     "ParallelHand",
     "ToolPose",

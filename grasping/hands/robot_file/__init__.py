@@ -1,5 +1,6 @@
 """Describe grippers from the files of robots: MJCF and URDF."""
 
 from .describe import DescribedHand, FileChoices, describe_hand
+from .jaw_postures import JawPostures
 
-__all__ = ["DescribedHand", "FileChoices", "describe_hand"]
+__all__ = ["DescribedHand", "FileChoices", "JawPostures", "describe_hand"]

@@ -17,6 +17,7 @@ from ..parallel_hand import HandBox, HandJoint, ParallelHand, ToolPose
 from .jaw_boxes import camera_boxes, finger_boxes, palm_boxes, tool_origin
 from .jaw_force import jaw_force
 from .jaw_motion import MAX_DRIVES, JawMotion, between_jaws, jaw_motion
+from .jaw_postures import JawPostures, jaw_postures
 from .links import Links, couplings, find_branches, find_palm, root_body
 from .pinch import pinch_motion
 from .posing import Posing, find_drives
@@ -87,6 +88,8 @@ class DescribedHand:
     """Triangles of the open gripper in the tool frame, (T, 3, 3), m."""
     closed: NDArray[np.float64]
     """The same closed."""
+    postures: JawPostures
+    """How its joints move the jaws."""
 
 
 def describe_hand(path: Path | str, choices: FileChoices | None = None) -> DescribedHand:
@@ -163,10 +166,10 @@ def _described(
         remarks.append(
             "one jaw moves; the tool frame moves by half the opening along x in the hand"
         )
-    tool = _tool_pose(motion, origin)
+    postures = jaw_postures(motion, origin)
     palm = _hand_boxes(palm_boxes(motion, origin))
     hand = ParallelHand(
-        name=choices.name or _plain_name(path),
+        name=choices.name or re.sub(r"[^\w-]+", "_", path.stem) or "hand",
         stroke=_rounded(gaps[0]),
         min_opening=_rounded(gaps[-1]) if gaps[-1] > 5e-4 else 0.0,
         finger_boxes=_hand_boxes(finger_boxes(motion, origin)),
@@ -181,14 +184,18 @@ def _described(
         kind="fingers" if pinch else "parallel",
         pre_shape=f"pinch of {pinch}" if pinch else "",
         moving_jaws=len(motion.pads),
-        tool=tool,
+        tool=_tool_pose(postures),
         joints=_joints(motion, everything=bool(pinch)),
         source=f"{path.name}, read by eyehand hand describe",
         checked=True,
         notes="; ".join(remarks),
     )
     return DescribedHand(
-        hand, tuple(remarks), _shown(motion, 0, origin), _shown(motion, -1, origin)
+        hand,
+        tuple(remarks),
+        _shown(motion, 0, origin),
+        _shown(motion, -1, origin),
+        postures,
     )
 
 
@@ -236,19 +243,15 @@ def _turned(motion: JawMotion) -> float:
     return float(np.arccos(np.clip(0.5 * (np.trace(frames[0].T @ frames[1]) - 1.0), -1.0, 1.0)))
 
 
-def _tool_pose(motion: JawMotion, origin: NDArray[np.float64]) -> ToolPose:
-    """Return the pose of the tool frame in the palm's body."""
-    from scipy.spatial.transform import Rotation
-
-    quaternion = Rotation.from_matrix(motion.axes).as_quat(canonical=True, scalar_first=True)
-    w, x, y, z = (round(float(value), 6) + 0.0 for value in quaternion)
-    px, py, pz = motion.axes @ origin
-    body = motion.shapes.posing.model.body(motion.shapes.base).name
-    return ToolPose(
-        body,
-        (_rounded(px), _rounded(py), _rounded(pz)),
-        (w, x, y, z),
+def _tool_pose(postures: JawPostures) -> ToolPose:
+    """Return the pose of the tool frame in the palm's body, rounded."""
+    pose = postures.T_body_tool
+    w, x, y, z = (
+        round(float(value), 6) + 0.0
+        for value in pose.rotation.as_quat(canonical=True, scalar_first=True)
     )
+    px, py, pz = pose.translation
+    return ToolPose(postures.body, (_rounded(px), _rounded(py), _rounded(pz)), (w, x, y, z))
 
 
 def _mount_distance(motion: JawMotion, origin: NDArray[np.float64]) -> float:
@@ -344,7 +347,3 @@ def _hand_boxes(
 def _rounded(value: float) -> float:
     """Return a length rounded to 0.1 mm."""
     return round(float(value), 4) + 0.0
-
-
-def _plain_name(path: Path) -> str:
-    return re.sub(r"[^\w-]+", "_", path.stem) or "hand"

@@ -8,9 +8,7 @@ import numpy as np
 import pytest
 
 from eyehand.data_synth.cell import FOLDER_VARIABLE, GraspWorld, SimRobot, make_robot, robot_file
-from eyehand.data_synth.cell.jaw_assembly import name_parts
 from eyehand.data_synth.cell.jaw_mechanism import find_jaws
-from eyehand.data_synth.mujoco_import import import_mujoco
 from eyehand.errors import InputError
 from eyehand.grasping import JawCommand, JawReading
 
@@ -31,14 +29,13 @@ def folder(monkeypatch, tmp_path):
     [
         ("franka_emika_panda/panda.xml", 0.080, 50.0, 0.1123),
         ("franka_emika_panda/hand.xml", 0.080, 50.0, 0.1123),
-        # 0.1734 m from the mounting face, 10.8 mm before the body that carries the jaws.
-        ("robotiq_2f85/2f85.xml", 0.085, 47.0, 0.1626),
+        # 0.1737 m from the mounting face, 10.8 mm before the body that carries the jaws. The pads
+        # touch at 0.774 rad of 0.8 rad.
+        ("robotiq_2f85/2f85.xml", 0.0854, 45.3, 0.1629),
     ],
 )
 def test_gripper_is_found_by_constraints_and_tendons(file, stroke, force, distance):
-    spec = import_mujoco().MjSpec.from_file(str(ROBOTS / file))
-    name_parts(spec)
-    found = find_jaws(spec, file)
+    found = find_jaws(ROBOTS / file)
 
     assert found.stroke == pytest.approx(stroke, abs=1e-4)
     assert found.force == pytest.approx(force, rel=0.01)
@@ -48,16 +45,29 @@ def test_gripper_is_found_by_constraints_and_tendons(file, stroke, force, distan
 
 
 @needs_files
-def test_hand_of_several_fingers_has_no_jaws():
-    spec = import_mujoco().MjSpec.from_file(str(ROBOTS / "wonik_allegro/right_hand.xml"))
-    name_parts(spec)
-    with pytest.raises(InputError, match="one motor must move two jaws"):
-        find_jaws(spec, "right_hand.xml")
+def test_two_fingers_of_a_hand_are_jaws_with_a_motor_for_each_joint():
+    found = find_jaws(ROBOTS / "wonik_allegro/right_hand.xml")
+
+    assert len(found.motors) == len(found.joints) == 16
+    assert found.jaws[0][0].startswith("mf")
+    assert found.jaws[1][0].startswith("th")
+    # The motors of both fingers close the jaws; those of the bent fingers do not.
+    moved = {name[:2] for name, slope in zip(found.motors, found.slopes[5], strict=True) if slope}
+    assert moved == {"mf", "th"}
+    path = np.gradient(found.lengths, found.widths, axis=0)
+    assert np.sum(path * found.slopes, axis=1) == pytest.approx(1.0, abs=0.25)
+
+
+@needs_files
+def test_arm_without_hand_has_no_gripper():
+    with pytest.raises(InputError, match="contains no gripper: give --hand"):
+        make_robot(str(ROBOTS / "universal_robots_ur5e/ur5e.xml"))
 
 
 @needs_files
 @pytest.mark.parametrize(
-    ("arm", "hand", "joints"), [("panda", "", 7), ("ur5e", "2f85", 6), ("iiwa14", "2f85", 7)]
+    ("arm", "hand", "joints"),
+    [("panda", "", 7), ("ur5e", "2f85", 6), ("iiwa14", "2f85", 7), ("panda", "allegro", 7)],
 )
 def test_arm_rests_outside_image_while_gripper_follows_width(arm, hand, joints):
     kind = make_robot(arm, hand)
@@ -93,7 +103,7 @@ def test_files_are_as_good_as_names():
     ("arguments", "message"),
     [
         (("pand",), "valid names are lbr, panda, ur5e, iiwa14.*did you mean panda"),
-        (("ur5e",), "has no hand of its own: give --hand panda, 2f85"),
+        (("ur5e",), "has no hand of its own: give --hand panda, 2f85, allegro"),
         (("lbr", "2f58"), "there is no hand '2f58'.*did you mean 2f85"),
         (("panda", "own"), "goes with the arm 'lbr' only"),
         (("panda", "panda", (0.0, 1.0)), "must be 6 numbers"),
