@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
     Step: TypeAlias = "Callable[[_Clearing], Step | None]"
 
-HOME_SPEED = 2.0
+HOME_SPEED = 4.0
 """Maximum norm of the joint velocities on the way to the rest posture, rad/s."""
 HOME_SECONDS = 6.0
 """Time limit of the motion to the rest posture, s."""
@@ -109,11 +109,19 @@ class _Clearing:
     """Computing time of all observations since the last pick, ms."""
     plan_ms: float = 0.0
     """Computing time of all selections since the last pick, ms."""
+    compute_ms: float = 0.0
+    """Computing time of all observations and selections, ms."""
     stop_reason: str = ""
     remaining: tuple[str, ...] = ()
 
     def report(self) -> ClearReport:
-        return ClearReport(tuple(self.picks), self.observations, self.remaining, self.stop_reason)
+        return ClearReport(
+            tuple(self.picks),
+            self.observations,
+            self.remaining,
+            self.stop_reason,
+            self.compute_ms,
+        )
 
     def report_last_pick(self) -> None:
         if self.on_pick is not None and self.grasp is not None:
@@ -134,6 +142,7 @@ def _observe(run: _Clearing) -> Step | None:
     """Perceive the scene; from the rest posture if the view from over the tray is not valid."""
     scene, milliseconds, problem = observe(run.cell)
     run.perceive_ms += milliseconds
+    run.compute_ms += milliseconds
     run.observations += 1
     if scene is not None:
         run.scene = scene
@@ -180,6 +189,7 @@ def _run_selection(run: _Clearing, options: GraspOptions) -> None:
     run.selection = select_grasp(
         run.cell, run.scene, run.failed, options, run.perceive_ms, run.plan_ms
     )
+    run.compute_ms += run.selection.plan_ms - run.plan_ms
     run.stop_reason = "" if run.selection.grasp is not None else NOTHING_GRASPABLE
 
 

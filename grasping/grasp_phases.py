@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from eyehand.control.tasks import Position
+from eyehand.control.tasks import AxisAlignment, Interval, Orientation, Position, Task
 
 from .cell import Cell
 from .control_tasks import control_tasks
 from .hands import AnyCommand
-from .motion import RAMP_SECONDS, execute, remaining_distance, unexpected_contact
+from .motion import NEAR_ENOUGH, RAMP_SECONDS, execute, remaining_distance, unexpected_contact
 from .pick_state import PhaseFailure, PickState
 from .robot import RobotReading
 
@@ -21,7 +22,7 @@ CONTACT_DISTANCE = 0.012
 """Distance from the grasp below which a touch is the contact of the grasp itself, m."""
 TOUCH_FORCE = 0.6
 """Force on a pad that counts as touch while the arm moves, N."""
-APPROACH_SPEED = 0.2
+APPROACH_SPEED = 0.3
 """Speed of the straight approach to the grasp, m/s."""
 PALM_SEARCH, PALM_SPEED = 0.012, 0.03
 """A power grasp moves on by this distance, m, at this speed, m/s, to touch the object with the
@@ -34,10 +35,11 @@ MAX_REGRASPS = 1
 """Maximum number of new grasps after the object left the closing hand."""
 PRE_GRASP_SECONDS = 9.0
 """Time limit of the motion to the pre-grasp, s. A motion around obstacles takes 3 to 6 s."""
-NEAR_ENOUGH = "near enough"
-"""Reason of a stop near the pre-grasp."""
-NEAR_GOAL_SECONDS = 0.3
-"""Time after which the arm stops near the pre-grasp without reaching it, s."""
+PRE_GRASP_SLACK = 0.01
+"""Error of the pre-grasp at which the approach begins, m. The approach controls the same tasks, so
+it removes the error before the fingers reach the object."""
+BOUND_SLACK = 0.001
+"""The same error of a bound, m. The bound of the approach angle is so flat that 10 mm are 20°."""
 APPROACH_SECONDS = 3.0
 """Time limit of the approach, s."""
 CLOSE_SECONDS = 3.0
@@ -50,16 +52,14 @@ def pre_grasp(cell: Cell, state: PickState) -> PhaseFailure | None:
     """Move the pre-shaped hand to the pre-grasp, with as few task rows as symmetry allows."""
     tasks = control_tasks(state.plan, cell.robot.hand, state.retreat(cell))
     shape = cell.hand.preshape(state.plan.opening, state.prototype)
-    _leave_tray(cell, state, shape)
-    near_since = np.inf
+    _leave_tray(cell, state, tasks, shape)
+    bounds = [task for task in tasks if isinstance(task, Interval)]
 
     def stop(reading: RobotReading) -> str:
-        # At a joint limit the error may stay just above the tolerance.
-        nonlocal near_since
-        near = state.near_goal(cell, tasks, reading.q)
-        near_since = min(near_since, reading.time) if near else np.inf
-        near_enough = reading.time - near_since > NEAR_GOAL_SECONDS
-        return unexpected_contact(cell, reading) or (NEAR_ENOUGH if near_enough else "")
+        near = state.near_goal(cell, bounds, reading.q, BOUND_SLACK) and state.near_goal(
+            cell, tasks, reading.q, PRE_GRASP_SLACK
+        )
+        return unexpected_contact(cell, reading) or (NEAR_ENOUGH if near else "")
 
     result = execute(
         cell,
@@ -75,16 +75,21 @@ def pre_grasp(cell: Cell, state: PickState) -> PhaseFailure | None:
     return PhaseFailure("stuck", f"before the grasp: {result.reason}")
 
 
-def _leave_tray(cell: Cell, state: PickState, shape: AnyCommand) -> None:
+def _leave_tray(
+    cell: Cell, state: PickState, pre_grasp_tasks: Sequence[Task], shape: AnyCommand
+) -> None:
     """Move the hand horizontally until it is beside the tray.
 
-    A direct motion to the object would lower the hand behind a wall of the tray.
+    A direct motion to the object would lower the hand behind a wall of the tray. For a grasp from
+    the top the hand already turns on the way.
     """
     palm, tray = cell.palm_pose().translation, cell.tray
     if tray.distance(palm) > 0.0:
         return
     target = state.grasp.target.points.mean(axis=0)
-    level = Position(np.array([target[0], target[1], palm[2]]))
+    tasks: list[Task] = [Position(np.array([target[0], target[1], palm[2]]))]
+    if state.plan.approach == "top":
+        tasks += [one for one in pre_grasp_tasks if isinstance(one, AxisAlignment | Orientation)]
     half_hand = cell.hand.half_width(state.plan.opening)
 
     def stop(reading: RobotReading) -> str:
@@ -93,7 +98,7 @@ def _leave_tray(cell: Cell, state: PickState, shape: AnyCommand) -> None:
 
     execute(
         cell,
-        state.transit(cell, (level,), "obstacle"),
+        state.transit(cell, tasks, "obstacle"),
         cell.options.time_limit(PRE_GRASP_SECONDS),
         command=lambda _: shape,
         stop=stop,

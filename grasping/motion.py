@@ -36,10 +36,12 @@ INFEASIBLE_SECONDS = 0.3
 """Time for which a motion may violate its margins, s. Shorter violations end by themselves."""
 RAMP_SECONDS = 0.15
 """Time in which a motion reaches its full speed, s. Shorter ramps jerk the held object."""
-TURN_SPEED = 2.5
+TURN_SPEED = 3.5
 """Angular speed of the hand, rad/s."""
-GAIN = 8.0
+GAIN = 12.0
 """Gain of the final, slow part of a motion, 1/s. A higher gain demands more of the arm's servos."""
+NEAR_ENOUGH = "near enough"
+"""Reason of a stop near the goal of a motion that need not reach it."""
 POSITION_SLACK = 0.006
 """Position error that is acceptable where the arm cannot come closer, m."""
 ANGLE_SLACK = 0.09
@@ -142,28 +144,32 @@ def remaining_distance(tasks: Sequence[Task], errors: Sequence[float]) -> float:
     )
 
 
-def with_speed(tasks: Iterable[Task], speed: float, turn_speed: float) -> tuple[Task, ...]:
-    """Return tasks with a maximum speed, m/s, an angular speed, rad/s, and the gain `GAIN`."""
-    return tuple(_with_speed(task, speed, turn_speed) for task in tasks)
+def with_speed(
+    tasks: Iterable[Task], speed: float, turn_speed: float, gain: float = GAIN
+) -> tuple[Task, ...]:
+    """Return tasks with a maximum speed, m/s, an angular speed, rad/s, and a gain, 1/s."""
+    return tuple(_with_speed(task, speed, turn_speed, gain) for task in tasks)
 
 
-def within_slack(robot: RobotModel, tasks: Iterable[Task], q: NDArray[np.float64]) -> bool:
+def within_slack(
+    robot: RobotModel, tasks: Iterable[Task], q: NDArray[np.float64], slack: float = POSITION_SLACK
+) -> bool:
     """Return whether all errors at joint angles q (n,) are small enough to continue.
 
-    The compliance of the hand compensates errors up to `POSITION_SLACK` and `ANGLE_SLACK`.
+    The compliance of the hand compensates angles up to `ANGLE_SLACK` and lengths up to ``slack``,
+    m.
     """
     state = robot.at(q)
     return all(
-        task.at(state).unmet
-        <= (ANGLE_SLACK if isinstance(task, ROTATION_TASKS) else POSITION_SLACK)
+        task.at(state).unmet <= (ANGLE_SLACK if isinstance(task, ROTATION_TASKS) else slack)
         for task in tasks
     )
 
 
-def _with_speed(task: Task, speed: float, turn_speed: float) -> Task:
+def _with_speed(task: Task, speed: float, turn_speed: float, gain: float) -> Task:
     if isinstance(task, Interval):
-        return replace(task, task=_with_speed(task.task, speed, turn_speed))
+        return replace(task, task=_with_speed(task.task, speed, turn_speed, gain))
     if isinstance(task, Pose):
-        return replace(task, speed=speed, turn_speed=turn_speed, gain=GAIN)
+        return replace(task, speed=speed, turn_speed=turn_speed, gain=gain)
     own_speed = turn_speed if isinstance(task, ROTATION_TASKS) else speed
-    return replace(task, speed=own_speed, gain=GAIN)  # pyright: ignore[reportArgumentType] - all tasks are dataclasses with a speed
+    return replace(task, speed=own_speed, gain=gain)  # pyright: ignore[reportArgumentType] - all tasks are dataclasses with a speed

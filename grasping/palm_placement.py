@@ -118,7 +118,8 @@ def _over_sphere(
     max_depth: float,
 ) -> PalmPlacement:
     """Place the palm over a sphere, with the maximum tilt that keeps the fingers off the table."""
-    half = 0.5 * hand.outer_width(opening)
+    # The outer fingers hang lowest where the hand tilts along a diagonal of its outline.
+    half = 0.5 * float(np.hypot(hand.outer_width(opening), hand.row_width))
     room = geometry.rise - TABLE_GAP
     min_depth = min(depth.beyond_centre, max_depth)
     # The lower fingertips touch the table at the tilt that solves

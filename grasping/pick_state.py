@@ -19,7 +19,7 @@ from eyehand.control import (
 )
 from eyehand.control.tasks import Orientation, Position, Task
 
-from .motion import TURN_SPEED, execute, with_speed, within_slack
+from .motion import POSITION_SLACK, TURN_SPEED, execute, with_speed, within_slack
 from .obstacles import scene_obstacles, solid_obstacle
 
 if TYPE_CHECKING:
@@ -39,8 +39,11 @@ if TYPE_CHECKING:
 
 TARGET = "target"
 """Name of the target object among the obstacles."""
-TRANSIT_SPEED = 0.8
+TRANSIT_SPEED = 1.2
 """Speed of the empty hand far from objects, m/s."""
+CARRY_GAIN = 8.0
+"""Gain of the final part of a motion with a held object, 1/s. A higher one brakes too hard for the
+grip."""
 LIFT_SPEED = 0.35
 """Speed of the lift, of lowering and of moving off an object, m/s."""
 LIFT_SECONDS = 2.5
@@ -136,9 +139,15 @@ class PickState:
         """Compute the next command of the closing hand; None before it closes."""
         return self.closing.step(reading.hand, cell.robot.period) if self.closing else None
 
-    def near_goal(self, cell: Cell, tasks: Sequence[Task], q: NDArray[np.float64]) -> bool:
-        """Return whether tasks are fulfilled well enough to continue, at joint angles q (n,)."""
-        return within_slack(self.model(cell), tasks, q)
+    def near_goal(
+        self,
+        cell: Cell,
+        tasks: Sequence[Task],
+        q: NDArray[np.float64],
+        slack: float = POSITION_SLACK,
+    ) -> bool:
+        """Return whether the errors of tasks at joint angles q (n,) are below ``slack``, m."""
+        return within_slack(self.model(cell), tasks, q, slack)
 
     def world(self, cell: Cell, target: Literal["obstacle", "held", "ignored"]) -> CollisionWorld:
         """Return the collision world of the arm and the scene.
@@ -180,8 +189,11 @@ class PickState:
     ) -> PlannedApproach:
         """Return a controller with planner for a motion far from the object."""
         options = cell.options
-        speed = options.carry_speed if target == "held" else options.speed * TRANSIT_SPEED
-        tasks = with_speed(tasks, speed, options.speed * TURN_SPEED)
+        turn_speed = options.speed * TURN_SPEED
+        if target == "held":
+            tasks = with_speed(tasks, options.carry_speed, turn_speed, CARRY_GAIN)
+        else:
+            tasks = with_speed(tasks, options.speed * TRANSIT_SPEED, turn_speed)
         world = self.world(cell, target)
         return PlannedApproach(world, tasks, self.far_options(cell), options.planner)
 
@@ -189,7 +201,8 @@ class PickState:
         """Return a controller without planner for a far motion with the held object."""
         options = cell.options
         control = replace(self.far_options(cell), retreats=0, patience=CARRY_PATIENCE)
-        tasks = with_speed(tasks, options.carry_speed, options.speed * TURN_SPEED)
+        turn_speed = options.speed * TURN_SPEED
+        tasks = with_speed(tasks, options.carry_speed, turn_speed, CARRY_GAIN)
         return ApproachController(self.world(cell, "held"), tasks, control)
 
     def near(self, cell: Cell, tasks: Sequence[Task], speed: float) -> ApproachController:

@@ -136,6 +136,8 @@ class ClearReport:
     """Objects that were left on the table, each with the reason."""
     stop_reason: str
     """Reason why clearing ended; ``clear`` when no object is left."""
+    compute_ms: float = 0.0
+    """Computing time of all observations and selections, ms."""
 
     @property
     def cleared(self) -> bool:

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
-from eyehand.control.tasks import AxisAlignment, Orientation, Position
+from eyehand.control.tasks import AxisAlignment, Orientation, Position, Task
 from eyehand.perception import SuperquadricFit
 
 from .cell import Cell
-from .motion import Controller, MotionResult, execute
-from .pick_state import LIFT_SECONDS, LIFT_SPEED, PhaseFailure, PickState
+from .motion import NEAR_ENOUGH, Controller, MotionResult, execute
+from .pick_state import LIFT_SECONDS, LIFT_SPEED, RETREAT_TOLERANCE, PhaseFailure, PickState
 from .plan import GraspPlan
 from .robot import RobotReading
 from .shaking import shake, shake_off
@@ -38,6 +39,8 @@ TRAY_CLEARANCE = 0.03
 """Height at which the object passes over the tray's walls, m."""
 WALL_MARGIN = 0.03
 """Distance inside the walls at which the centre of an object counts as over the tray, m."""
+OVER_PLACE_SLACK = 0.025
+"""Distance from the point above its place at which an object is lowered, m. Lowering removes it."""
 PLACE_SECONDS = 15.0
 """Time limit of the motion to the tray, s. A way around its content, found where the direct motion
 is stuck, takes up to 12 s."""
@@ -99,7 +102,7 @@ def place(cell: Cell, state: PickState) -> PhaseFailure | None:
     state.lowering = True
     # However this motion ends, the object is over its place or already on what lies there.
     tasks = (Position(goal.low, goal.centre_in_palm), goal.alignment)
-    _carry(cell, state, state.lower(cell, tasks), LIFT_SECONDS)
+    _carry(cell, state, state.lower(cell, tasks), LIFT_SECONDS, tasks, RETREAT_TOLERANCE)
     cell.tray_content += added_items(goal.size, goal.place)
     palm = cell.palm_pose().translation
     tips = cell.hand.reach(state.plan.opening)
@@ -175,7 +178,7 @@ def _carry_over_tray(cell: Cell, state: PickState, goal: _PutDown) -> MotionResu
     tasks = (Position(goal.high, goal.centre_in_palm), goal.alignment)
     result = MotionResult("stuck", "")
     for controller in (state.direct_carry(cell, tasks), state.transit(cell, tasks, "held")):
-        result = _carry(cell, state, controller, PLACE_SECONDS)
+        result = _carry(cell, state, controller, PLACE_SECONDS, tasks, OVER_PLACE_SLACK)
         short = result.end in ("stuck", "late")
         # A stuck arm over the tray is near enough, unless the object is over a wall.
         over = cell.tray.contains(cell.palm_pose().apply(goal.centre_in_palm), WALL_MARGIN)
@@ -186,15 +189,31 @@ def _carry_over_tray(cell: Cell, state: PickState, goal: _PutDown) -> MotionResu
     return result
 
 
-def _carry(cell: Cell, state: PickState, controller: Controller, seconds: float) -> MotionResult:
-    """Move with the held object until the motion ends or the object is lost."""
-    return execute(
+def _carry(
+    cell: Cell,
+    state: PickState,
+    controller: Controller,
+    seconds: float,
+    tasks: Sequence[Task] = (),
+    slack: float = 0.0,
+) -> MotionResult:
+    """Move with the held object until the motion ends or the object is lost.
+
+    With ``tasks``, the motion also counts as reached when their errors are below ``slack``, m.
+    """
+
+    def stop(reading: RobotReading) -> str:
+        near = tasks and state.near_goal(cell, tasks, reading.q, slack)
+        return _lost(cell, reading) or (NEAR_ENOUGH if near else "")
+
+    result = execute(
         cell,
         controller,
         cell.options.time_limit(seconds),
         command=lambda reading: state.grip_command(cell, reading),
-        stop=lambda reading: _lost(cell, reading),
+        stop=stop,
     )
+    return MotionResult("reached", "") if result.reason == NEAR_ENOUGH else result
 
 
 def _put_back(

@@ -83,6 +83,7 @@ SCENE_COLUMNS = {
     "left": _COUNT,
     "stopped": _TEXT,
     "cpu_seconds": _NUMBER,
+    "work_seconds": _NUMBER,
 }
 """Columns of a scene's row."""
 COLUMNS = {

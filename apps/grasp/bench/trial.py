@@ -110,6 +110,9 @@ class TrialResult:
     """Processor time of this process, s."""
     untried: tuple[UnattemptedObject, ...] = ()
     """Objects that no pick attempted. Each counts as a failed pick."""
+    work_seconds: float = 0.0
+    """Simulated time of all motions, with the ways home, and computing time of perception and
+    planning, s."""
 
 
 def run_trial(
@@ -230,6 +233,7 @@ class Scorer:
         self._on_cycle = cell.on_cycle
         cell.on_cycle = self._note_cycle
         self._rows: list[PickRow] = []
+        self._start = cell.reading.time
         self._target = ""
         self._began = 0.0
         self._touched: set[str] = set()
@@ -297,6 +301,7 @@ class Scorer:
             left=len(names) - placed,
             stopped=report.stop_reason,
             cpu_seconds=cpu_seconds,
+            work_seconds=self._cell.reading.time - self._start + 1e-3 * report.compute_ms,
             untried=unattempted_objects(
                 [name for name in names if not self._robot.is_in_tray(name)],
                 [row.object for row in self._rows],
