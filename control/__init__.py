@@ -4,16 +4,14 @@ Equation numbers refer to Haschke's chapter.
 """
 
 from .approach import ApproachController
-from .collision_options import CollisionOptions
 from .collision_world import CollisionWorld
 from .control_step import ControlStep
 from .joint_path import JointPath, resample_path
 from .link_volumes import LinkVolumes
 from .motion_steps import nominal_motion
-from .options import ControlOptions, Relaxation
+from .options import CollisionOptions, ControlOptions, PlannerOptions, Relaxation
 from .planned_approach import PlannedApproach
 from .planner import plan
-from .planner_options import PlannerOptions
 from .proximity import Proximity
 from .repulsion import repulsion_gradient
 from .robot_model import RobotModel

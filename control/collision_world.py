@@ -12,11 +12,11 @@ from scipy.spatial.transform import RigidTransform
 from eyehand.errors import InputError
 
 from .array_checks import checked_array
-from .collision_options import CollisionOptions
 from .collision_pairs import find_collision_geoms
 from .held_object import HeldObject
 from .mesh_preparation import MeshPreparation, meshes_of
 from .obstacle_motion import ObstacleMotions
+from .options import CollisionOptions
 from .proximity import Proximity, proximity_of
 from .proximity_kernels import near_pairs
 from .proximity_tables import ProximityTables, kernel_arguments, shape_row

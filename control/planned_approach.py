@@ -16,8 +16,7 @@ from .control_step import ControlStep, control_step
 from .cycle import ControlCycle
 from .joint_path import JointPath
 from .joint_planner import find_path
-from .options import ControlOptions
-from .planner_options import PlannerOptions
+from .options import ControlOptions, PlannerOptions
 from .search import SearchResult, search_again, search_first
 from .tasks.posture import Posture
 from .tasks.task import DEFAULT_LINEAR_SPEED, Task

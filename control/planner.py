@@ -20,8 +20,7 @@ from .approach import ApproachController, counted
 from .collision_world import CollisionWorld
 from .joint_path import JointPath, resample_path
 from .joint_planner import find_path
-from .options import ControlOptions
-from .planner_options import PlannerOptions
+from .options import ControlOptions, PlannerOptions
 from .retreat import RETREAT_SECONDS, RETREAT_SPEED, retreat_configurations
 from .tasks.position import Position
 from .tasks.posture import Posture

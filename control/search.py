@@ -12,9 +12,8 @@ from .approach import counted
 from .collision_world import CollisionWorld
 from .joint_path import JointPath, resample_path
 from .joint_planner import find_path
-from .options import ControlOptions
+from .options import ControlOptions, PlannerOptions
 from .planner import plan, predict
-from .planner_options import PlannerOptions
 from .tasks.axis_alignment import AxisAlignment
 from .tasks.look_at import LookAt
 from .tasks.orientation import Orientation

@@ -14,8 +14,8 @@ from .proximity_tables import ProximityTables
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from .collision_options import CollisionOptions
     from .collision_pairs import CollisionGeoms
+    from .options import CollisionOptions
     from .robot_model import RobotModel
     from .world_spec import WorldModel
 

@@ -26,6 +26,10 @@ if TYPE_CHECKING:
 
     from eyehand.perception import SceneObject, SupportPlane
 
+MIN_VISIBLE = 0.25
+"""Minimum visible share of an object's outline for its fit to be trusted. With a lower value more
+objects are grasped, but a larger share of the grasps fails."""
+
 
 @dataclass(frozen=True)
 class GraspOptions:
@@ -33,9 +37,6 @@ class GraspOptions:
 
     purpose: GraspPurpose = "lift"
     """Purpose of the grasp."""
-    min_visible: float = 0.25
-    """Minimum visible share of an object's outline for its fit to be trusted, in [0, 1]. With a
-    lower value more objects are grasped, but a larger share of the grasps fails."""
     push: bool = False
     """Whether fingers may push neighbours aside. It also adds grasps that need less free space;
     they are otherwise planned only if no other grasp is possible."""
@@ -87,11 +88,11 @@ def plan_prototypes(
     solid = scene_object.fit.superquadric
     if solid is None or not scene_object.fit:
         return (_refusal(f"no solid was fitted: {scene_object.fit.reason}"),)
-    if scene_object.visible_share < options.min_visible:
+    if scene_object.visible_share < MIN_VISIBLE:
         return (
             _refusal(
                 f"only {scene_object.visible_share:.0%} of the outline is visible, "
-                f"at least {options.min_visible:.0%} are needed"
+                f"at least {MIN_VISIBLE:.0%} are needed"
             ),
         )
     if support is not None:

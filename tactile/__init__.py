@@ -19,7 +19,7 @@ from .contour_options import ContourOptions
 from .contour_step import ContourPoint
 from .feature_reader import FeatureReader
 from .features import ContactFeatures, FeatureOptions, contact_features, contact_region
-from .friction_pull import FrictionPull, PullOptions
+from .friction_pull import FrictionPull
 from .glove import Glove, GloveReader, HandFeatures, hand_features
 from .grip_laws import GripLaw, GripReading, LoadGrip, LoadGripOptions, SlipGrip
 from .hough import HoughOptions, hough_axis
@@ -65,7 +65,6 @@ __all__ = [
     "PhaseOptions",
     "PhaseStep",
     "PressDecoder",
-    "PullOptions",
     "SelectionMatrix",
     "ServoGoal",
     "ServoOptions",

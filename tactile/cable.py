@@ -19,6 +19,8 @@ ANGLE_GAIN = 10.0
 """Maximum gain of the heading error, 1/s."""
 STABLE_PRODUCT = 0.5
 """Maximum product of a gain and the lead time. A loop with this delay oscillates from 1.6 on."""
+IMPRINT_PRESSURE = 20.0
+"""Pressure above which a tactel belongs to the imprint, Pa; just above the noise."""
 FIT_REACH = 0.025
 """Distance along the line from the pad's middle up to which the imprint is fitted, m. A longer one
 reduces noise, a shorter one follows lines with changing curvature."""
@@ -86,14 +88,12 @@ class CableOptions:
     heading: float = np.pi / 2
     """Direction of travel along the line in the sensor's frame, rad; default +y, as in Haschke's
     chapter."""
-    threshold: float = 20.0
-    """Pressure above which a tactel belongs to the imprint, Pa; just above the noise."""
     lead: float = 0.02
     """Delay from reading to motion, s: arm lag plus latency. The line is evaluated where the pad
     will be after it."""
 
     def __post_init__(self) -> None:
-        for name in ("speed", "threshold", "lead"):
+        for name in ("speed", "lead"):
             if not 0 <= getattr(self, name) < np.inf:
                 raise InputError(f"{name} must be finite and >= 0, got {getattr(self, name)}")
         if not np.isfinite(self.heading):
@@ -186,7 +186,7 @@ class CableFollower:
         o = self.options
         # A line has two directions. The direction of travel is the one nearer to the heading.
         direction = o.heading + _wrap_line_angle(orientation - o.heading)
-        self.line = fit_line(image, direction, o.threshold)
+        self.line = fit_line(image, direction, IMPRINT_PRESSURE)
         if not self.line:
             self._velocity[:] = 0.0
             self._bends.clear()

@@ -88,7 +88,7 @@ class FeatureReader:
         features = unpack(self._values)
         if size and self._options.orientation == "hough":
             members = self._buffers.members[:size]
-            features = with_hough(features, self.image, members, self._options.hough)
+            features = with_hough(features, self.image, members)
         return features
 
     @property

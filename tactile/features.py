@@ -27,7 +27,7 @@ from .feature_kernels import (
     ContactRule,
     compute_features,
 )
-from .hough import HoughOptions, hough_axis
+from .hough import hough_axis
 from .image import TactileImage
 from .region import find_region
 
@@ -67,8 +67,6 @@ class FeatureOptions:
     orientation: Literal["moments", "hough"] = "moments"
     """Method for the long axis. Second moments are more precise and faster. Haschke's
     chapter uses the Hough transform, which needs a regular grid."""
-    hough: HoughOptions = field(default_factory=HoughOptions)
-    """Options of the Hough transform."""
 
     def __post_init__(self) -> None:
         if not 0 < self.sigmas < np.inf:
@@ -173,7 +171,7 @@ def contact_features(
     )
     features = unpack(values)
     if features and options.orientation == "hough":
-        features = with_hough(features, image, members[:size], options.hough)
+        features = with_hough(features, image, members[:size])
     return features
 
 
@@ -239,14 +237,11 @@ def unpack(values: NDArray[np.float64]) -> ContactFeatures:
 
 
 def with_hough(
-    features: ContactFeatures,
-    image: TactileImage,
-    members: NDArray[np.int32],
-    options: HoughOptions,
+    features: ContactFeatures, image: TactileImage, members: NDArray[np.int32]
 ) -> ContactFeatures:
     """Return the features with the orientation by the Hough transform of the region's tactels."""
     region = _mask(members, len(image.pressures))
-    return replace(features, orientation=hough_axis(image, region, options))
+    return replace(features, orientation=hough_axis(image, region))
 
 
 def _mask(members: NDArray[np.int32], count: int) -> NDArray[np.bool_]:

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import exp, log
-
-from eyehand.errors import InputError
 
 _MAX_FRICTION = 3.0
 """Maximum estimate that makes sense."""
@@ -17,31 +14,15 @@ _MIN_RISE = 0.3
 """Rise of the log of the ratio, as a share of the fall of the log of the grip. Below it the ratio
 counts as hanging. An object that sticks has 1, and one that slides 0."""
 
-
-@dataclass(frozen=True)
-class PullOptions:
-    """Speed and end of the pull, and the load from which it counts.
-
-    Raises
-    ------
-    InputError
-        If a value is not positive.
-    """
-
-    ease_time: float = 0.25
-    """Time in which the grip falls to 1/e, s. A slower pull averages more noise."""
-    min_load: float = 0.15
-    """Tangential force from which the ratio counts, N: above the force sensor's noise."""
-    min_grip: float = 0.15
-    """Grip force at which the pull ends, N."""
-    min_friction: float = 0.15
-    """Estimate below which the pull is repeated, as noise has ended it too early. No pad of foam
-    or rubber is so slippery."""
-
-    def __post_init__(self) -> None:
-        for name, value in vars(self).items():
-            if not 0 < value < float("inf"):
-                raise InputError(f"{name} must be finite and > 0, got {value}")
+_EASE_TIME = 0.25
+"""Time in which the grip falls to 1/e, s. A slower pull averages more noise."""
+_MIN_LOAD = 0.15
+"""Tangential force from which the ratio counts, N: above the force sensor's noise."""
+_MIN_GRIP = 0.15
+"""Grip force at which the pull ends, N."""
+_MIN_FRICTION = 0.15
+"""Estimate below which the pull is repeated, as noise has ended it too early. No pad of foam
+or rubber is so slippery."""
 
 
 class FrictionPull:
@@ -56,12 +37,9 @@ class FrictionPull:
     ----------
     grip
         Grip force at the start, N.
-    options
-        How the pull runs.
     """
 
-    def __init__(self, grip: float, options: PullOptions | None = None) -> None:
-        self._options = options or PullOptions()
+    def __init__(self, grip: float) -> None:
         self._grip = self._first_grip = grip
         self._repeated = False
         self._normal = self._tangential = 0.0
@@ -85,7 +63,6 @@ class FrictionPull:
         dt
             Time since the last reading, s.
         """
-        o = self._options
         share = 1.0 - exp(-dt / _FILTER_TIME) if self._started else 1.0
         self._started = True
         self._time += dt
@@ -93,7 +70,7 @@ class FrictionPull:
         self._tangential += share * (tangential - self._tangential)
         if self.done:
             return self._grip
-        if self._tangential < o.min_load or self._normal <= 0.0:
+        if self._tangential < _MIN_LOAD or self._normal <= 0.0:
             # The pull has not begun to load the object.
             return self._grip
         self._past.append((self._time, log(self._normal), log(self._tangential / self._normal)))
@@ -105,14 +82,14 @@ class FrictionPull:
         watched = self._time - begun >= 0.9 * _WATCH_TIME
         if watched and fallen > 0.0 and ratio - first_ratio < _MIN_RISE * fallen:
             best = exp(max(entry[2] for entry in self._past))
-            if best < o.min_friction and not self._repeated:
+            if best < _MIN_FRICTION and not self._repeated:
                 self._repeated = True
                 self._past.clear()
                 self._grip = self._first_grip
                 return self._grip
-            self.friction = min(best, _MAX_FRICTION) if best >= o.min_friction else None
+            self.friction = min(best, _MAX_FRICTION) if best >= _MIN_FRICTION else None
             self.done = True
-        elif self._grip <= o.min_grip:
+        elif self._grip <= _MIN_GRIP:
             self.done = True
-        self._grip = max(self._grip * exp(-dt / o.ease_time), o.min_grip)
+        self._grip = max(self._grip * exp(-dt / _EASE_TIME), _MIN_GRIP)
         return self._grip

@@ -183,7 +183,7 @@ def _methods(array: TactileArray, regions: dict[int, NDArray[np.bool_]]) -> list
                 f"hough above {100 * share:g} %",
                 angles,
                 share,
-                hough(HoughOptions(angles, share)),
+                hough(HoughOptions(angles=angles, share=share)),
             )
             for share in HOUGH_SHARES
             for angles in HOUGH_ANGLES

@@ -14,6 +14,9 @@ from ..prototypes import Prototype
 TENSION_PER_TIP_FORCE = 15.0
 """Measured ratio of tendon tension to force at the fingertip. A finger of 90 mm turns on a lever of
 12 mm; springs and outer joints take the rest."""
+MIN_TENSION_SHARE = 0.75
+"""Minimum share of the prototype's tension, however light the load. Lower spares thin objects, but
+drops objects that are heavier than estimated, such as half-hidden ones."""
 GRAVITY = 9.81
 """Gravitational acceleration, m/s²."""
 
@@ -47,9 +50,6 @@ class GripOptions:
     """Coefficient of friction that is assumed for the load."""
     safety: float = 3.0
     """Ratio of the grip force to the force that the load needs."""
-    min_tension_share: float = 0.75
-    """Minimum share of the prototype's tension, however light the load. Lower spares thin objects,
-    but drops objects that are heavier than estimated, such as half-hidden ones."""
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
@@ -70,4 +70,4 @@ class GripOptions:
             return full
         needed = self.load * GRAVITY * self.safety / (2.0 * self.friction)
         tension = needed / fingers * TENSION_PER_TIP_FORCE
-        return float(np.clip(tension, self.min_tension_share * full, full))
+        return float(np.clip(tension, MIN_TENSION_SHARE * full, full))

@@ -17,9 +17,10 @@ if TYPE_CHECKING:
 
     from ..hands import ParallelHand
     from .candidates import Candidates
-    from .options import JawOptions
     from .surface_model import ObjectSurface
 
+TABLE_MARGIN = 0.003
+"""Minimum height of the hand above the support, m."""
 NEAR = 0.004
 """Depth of the contact patch behind the outermost point, m."""
 FACING, MIN_SEEN = 0.6, 3
@@ -33,18 +34,17 @@ def centred_contacts(
     surface: ObjectSurface,
     support: SupportPlane | None,
     hand: ParallelHand,
-    options: JawOptions,
 ) -> tuple[Candidates, ContactTable]:
     """Lift candidates above the support, centre them on the object, and return their contacts.
 
     Candidates that do not meet the object with both pads are left out.
     """
-    lifted = candidates.at(lift_above(candidates, support, hand, options.table_margin))
+    lifted = candidates.at(lift_above(candidates, support, hand, TABLE_MARGIN))
     columns = pad_contacts(lifted, surface, hand)
     lifted, columns = _meeting(lifted, columns)
     centred = _centred(lifted, columns)
     # Along an inclined closing axis, centring moves the hand down.
-    again = lift_above(centred, support, hand, options.table_margin)
+    again = lift_above(centred, support, hand, TABLE_MARGIN)
     low = np.linalg.norm(again - centred.tip, axis=1) > MAX_LOWERED
     if low.any():
         moved = centred.take(low).at(again[low])

@@ -32,8 +32,6 @@ class JawOptions:
     0.005 after :func:`.correct_depth`, or for a calibrated camera."""
     max_tilt: float = math.radians(95.0)
     """Maximum angle of the approach from straight down, rad. 90° is from the side."""
-    table_margin: float = 0.003
-    """Minimum height of the hand above the support, m."""
     full_opening: bool = False
     """Whether the hand always opens fully before it closes. Otherwise it opens less where its
     fingers would touch something."""
@@ -56,7 +54,6 @@ class JawOptions:
             ("calibration_error", 0.0, MAX_ERROR),
             ("depth_error", 0.0, MAX_SCALE_ERROR),
             ("max_tilt", 0.0, math.pi),
-            ("table_margin", 0.0, MAX_ERROR),
         ):
             value = getattr(self, name)
             if not low <= value <= high:

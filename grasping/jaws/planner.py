@@ -118,7 +118,7 @@ def _contact_candidates(
     if not len(found):
         rejected[item.label][f"wider than the stroke of {1e3 * hand.stroke:.0f} mm"] += 1
         return None
-    found, contact = centred_contacts(found, surface, scene.support, hand, options)
+    found, contact = centred_contacts(found, surface, scene.support, hand)
     if not len(found):
         rejected[item.label]["no contact at both pads"] += 1
         return None

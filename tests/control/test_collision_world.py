@@ -10,8 +10,8 @@ import pytest
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.control import collision_world
-from eyehand.control.collision_options import CollisionOptions
 from eyehand.control.collision_world import CollisionWorld
+from eyehand.control.options import CollisionOptions
 from eyehand.control.robot_model import RobotModel
 from eyehand.control.shapes import Box, Capsule, ConvexMesh, Cylinder, Obstacle, Shape, Sphere
 from eyehand.errors import InputError

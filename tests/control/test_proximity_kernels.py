@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.control.capsule_in_box import axis_in_box
-from eyehand.control.collision_options import CollisionOptions
 from eyehand.control.collision_world import CollisionWorld
+from eyehand.control.options import CollisionOptions
 from eyehand.control.robot_model import RobotModel
 from eyehand.control.shapes import (
     Box,

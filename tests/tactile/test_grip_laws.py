@@ -9,7 +9,6 @@ from eyehand.tactile import (
     GripReading,
     LoadGrip,
     LoadGripOptions,
-    PullOptions,
     SlipGrip,
 )
 
@@ -107,5 +106,3 @@ def test_values_out_of_range_are_refused():
         LoadGrip(0.0, 1.0)
     with pytest.raises(InputError, match="reserve must be finite"):
         LoadGripOptions(reserve=-1.0)
-    with pytest.raises(InputError, match="ease_time must be finite"):
-        PullOptions(ease_time=0.0)

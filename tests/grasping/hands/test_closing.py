@@ -18,6 +18,7 @@ from eyehand.grasping.hands import (
     is_holding,
     preshape_command,
 )
+from eyehand.grasping.hands.grip_options import MIN_TENSION_SHARE
 
 DT = 0.004
 FINGERS = ("index", "middle", "ring", "thumb")
@@ -166,7 +167,7 @@ def test_tension_decreases_with_load_within_limits():
 
     assert light < full
     assert GripOptions(load=5.0).finger_tension("precision", 3) == full
-    assert light >= GripOptions().min_tension_share * full
+    assert light >= MIN_TENSION_SHARE * full
 
 
 def test_invalid_options_are_rejected():
