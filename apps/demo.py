@@ -17,7 +17,6 @@ from eyehand.perception import read_frame
 from .console import print_json, say, show
 from .grasp.robot_choice import RobotChoice
 from .perceived_frame import perceive_and_plan
-from .perception_demo import perception_demo
 from .ros_markers import check_mcap_name, scene_writer
 from .run_folder import claim_folder
 
@@ -36,11 +35,7 @@ FILM_FILE, PICTURE_FILE = "demo.mp4", "demo.webp"
 
 
 def demo(
-    frame: Path | None = None,
-    /,
     *,
-    perception_only: Annotated[bool, Parameter(name=("--perception-only", "--look"))] = False,
-    camera: Path | None = None,
     seed: int = 0,
     objects: int | Path | None = None,
     scene: Annotated[str, Parameter(name=("--scene", "--family"))] = "packed",
@@ -58,17 +53,11 @@ def demo(
     """Clear a table of unknown objects with a simulated robot that sees one noisy depth view.
 
     The command prints a line after every pick, and a table at the end. It writes report.html, a
-    page without external files, and demo.mp4, a short film. With --perception-only, or with your
-    own frame, it shows perception alone, on a synthetic frame with known truth and on a real one.
+    page without external files, and demo.mp4, a short film. `eyehand perceive` shows perception
+    alone, on your own frame.
 
     Parameters
     ----------
-    frame
-        Your own depth frame (implies --perception-only).
-    perception_only
-        Perceive two single frames. Nothing is grasped.
-    camera
-        Camera file of your own frame.
     seed
         Seed of the scene and of the camera's noise.
     objects
@@ -105,24 +94,11 @@ def demo(
         raise InputError(f"--seed must be >= 0, got {seed}")
     if failures is not None and failures < 1:
         raise InputError(f"--failures must be >= 1, got {failures}")
-    if beside is not None and (perception_only or frame is not None or view or not video):
-        raise InputError("--beside needs the film: no frame, --look, --view or --no-video")
-    if mcap is not None and (perception_only or frame is not None or view):
-        raise InputError("--mcap records a simulated robot: no frame, --look or --view")
+    if beside is not None and (view or not video):
+        raise InputError("--beside needs the film: no --view or --no-video")
+    if mcap is not None and view:
+        raise InputError("--mcap records a finished demo: no --view")
     check_mcap_name(mcap)
-    if perception_only or frame is not None:
-        if isinstance(objects, Path):
-            raise InputError(
-                f"--objects must be a number with --perception-only or a frame, got {objects}"
-            )
-        from .grasp.demo_scene import DEFAULT_OBJECTS
-
-        count = DEFAULT_OBJECTS if objects is None else objects
-        return perception_demo(
-            frame, camera, seed=seed, objects=count, purpose=purpose, out=out, json=json
-        )
-    if camera is not None:
-        raise InputError("--camera needs a frame: eyehand demo FRAME --camera FILE")
     from eyehand.grasping import ClearOptions, ParallelHand
 
     from .grasp.bench.trial import GraspTrial, trial_cell

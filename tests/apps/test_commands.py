@@ -180,18 +180,6 @@ def test_fit_reports_which_of_several_clouds_failed(tmp_path, capsys):
     assert "too few" in second["reason"]
 
 
-def test_demo_look_writes_both_frames_and_scores_the_synthetic_one(tmp_path, capsys, monkeypatch):
-    monkeypatch.setenv("EYEHAND_DATA", str(tmp_path / "absent"))
-    code, out, err = run("demo", "--look", "--out", tmp_path, "--json", capsys=capsys)
-    assert code == 0
-    assert "synthetic sample" in err
-    names = [row["name"].split("/")[0] for row in json.loads(out)["rows"]]
-    assert set(names) == {"synthetic", "sample"}
-    assert json.loads(out)["overlap_f_pct"] > 85
-    for name in ("overview.png", "synthetic/scene.json", "sample/overlay.png"):
-        assert (tmp_path / name).is_file()
-
-
 def test_fit_does_not_overwrite_a_cloud_or_another_result(tmp_path, capsys, flat):
     cloud = cloud_file(tmp_path / "ball.ply")
     before = cloud.read_bytes()
@@ -211,10 +199,10 @@ def test_brackets_in_file_names_are_printed(tmp_path, capsys):
     assert "[bold]x.npz" in table.replace("\n", "")  # long titles wrap
 
 
-def test_demo_accepts_a_frame_of_another_shape(tmp_path, capsys):
+def test_wide_frame_is_perceived(tmp_path, capsys):
     frame = small_frame(tmp_path / "wide.npz", np.ones((18, 64), np.float32))
-    assert run("demo", frame, "--objects", "1", "--out", tmp_path / "o", capsys=capsys)[0] == 0
-    assert picture(tmp_path / "o" / "overview.png").ndim == 3
+    assert run("perceive", frame, "--out", tmp_path / "o", capsys=capsys)[0] == 0
+    assert picture(tmp_path / "o" / "overlay.png").ndim == 3
 
 
 def small_frame(path: Path, depth: np.ndarray) -> Path:
@@ -243,7 +231,6 @@ BAD = {
     "no scene": (["demo", "--scene", "crowded"], "crowded"),
     "crowd": (["demo", "--objects", "16"], "--objects"),
     "negative seed": (["demo", "--seed", "-1"], "--seed"),
-    "camera alone": (["demo", "--camera", "c.json"], "--camera"),
     "robot without hand": (["demo", "--robot", "r.xml"], "--hand-frame"),
     "unknown arm": (["demo", "--arm", "pand"], "did you mean panda?"),
     "arm without hand": (["demo", "--arm", "ur5e"], "--hand panda, 2f85"),

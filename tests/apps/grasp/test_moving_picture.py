@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import cv2
 import numpy as np
 import pytest
@@ -10,10 +12,10 @@ from eyehand.apps.demo import demo
 from eyehand.apps.grasp.film import SIZE, _open_writer
 from eyehand.apps.moving_picture import STEP, WIDTH, write_moving_picture
 from eyehand.apps.perceived_frame import perceive_and_plan
-from eyehand.apps.perception_demo import SAMPLE
 from eyehand.errors import InputError
 from eyehand.perception import read_frame
 
+SAMPLE = Path(__file__).parents[3] / "apps/sample/depth.png"
 IMAGES = 7 * 25
 """Number of images of the film, 7 s."""
 
@@ -61,7 +63,7 @@ def test_unreadable_film_leaves_no_picture(tmp_path, found):
     assert list(tmp_path.iterdir()) == [film]
 
 
-@pytest.mark.parametrize("other", [{"video": False}, {"view": True}, {"perception_only": True}])
+@pytest.mark.parametrize("other", [{"video": False}, {"view": True}])
 def test_picture_without_film_is_refused(tmp_path, other):
     with pytest.raises(InputError, match="--beside needs the film"):
         demo(beside=SAMPLE, out=tmp_path / "out", **other)
