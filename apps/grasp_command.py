@@ -26,11 +26,7 @@ if TYPE_CHECKING:
 
 MAX_CALIBRATION_ERROR = 50.0
 """Maximum of --calibration-error, mm."""
-SUFFIXES = {
-    "--yaml": (".yaml", ".yml"),
-    "--picture": (".png",),
-    "--page": (".html", ".htm"),
-}
+SUFFIXES = {"--yaml": (".yaml", ".yml"), "--picture": (".png",), "--page": (".html", ".htm")}
 
 MAX_SIZE_MM = 1000.0
 GENERIC = "generic"

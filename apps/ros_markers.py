@@ -9,13 +9,7 @@ import numpy as np
 from scipy.spatial.transform import RigidTransform
 
 from eyehand.errors import InputError
-from eyehand.perception.cameras import (
-    RosWriter,
-    ros_header,
-    ros_pose,
-    ros_writer,
-    write_ros_frame,
-)
+from eyehand.perception.cameras import RosWriter, ros_header, ros_pose, ros_writer, write_ros_frame
 from eyehand.perception.superquadric import mesh
 
 from .grasp.grasp_glyph import preferred_palm

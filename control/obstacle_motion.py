@@ -96,9 +96,7 @@ class ObstacleMotions:
             self._twists.pop(name, None)
 
 
-def _fitted(
-    track: deque[tuple[float, RigidTransform]],
-) -> tuple[NDArray[np.float64], float]:
+def _fitted(track: deque[tuple[float, RigidTransform]]) -> tuple[NDArray[np.float64], float]:
     """Return the twist (6,) of a line through poses, and the deviation of its speed, m/s."""
     twist = np.zeros(6)
     if len(track) < 2:

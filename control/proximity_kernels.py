@@ -14,14 +14,7 @@ from numba import njit
 from .distance_kernels import TOUCHING_M, gap, measure, measure_apart
 from .kinematics_kernels import set_posture
 from .mujoco_binding import address
-from .proximity_tables import (
-    HELD_AXES,
-    HELD_BODY,
-    HELD_GEOM,
-    HELD_POSITION,
-    ProximityTables,
-    World,
-)
+from .proximity_tables import HELD_AXES, HELD_BODY, HELD_GEOM, HELD_POSITION, ProximityTables, World
 
 NEAR_COLUMNS = 14
 """Columns of the array that `measure_near` fills."""

@@ -21,13 +21,7 @@ if TYPE_CHECKING:
     )
     from .kernel_cache import kernels_are_cached, warm_up
     from .perpendicular import perpendicular_pair
-    from .robot_mask import (
-        PosedVolumes,
-        mask_points,
-        mask_robot,
-        mask_volumes,
-        volume_extents,
-    )
+    from .robot_mask import PosedVolumes, mask_points, mask_robot, mask_volumes, volume_extents
     from .scene import (
         SUPPORT,
         PerceiveOptions,

@@ -21,10 +21,7 @@ def write_csv(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:
         If the disk fails.
     """
     columns = list(dict.fromkeys(key for row in rows for key in row))
-    with (
-        atomic_write(path) as temporary,
-        temporary.open("w", newline="", encoding="utf-8") as file,
-    ):
+    with atomic_write(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
         table = csv.DictWriter(file, columns, lineterminator="\n")
         table.writeheader()
         table.writerows(rows)

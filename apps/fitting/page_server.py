@@ -41,10 +41,7 @@ def open_server(port: int = ANY_PORT, title: str | None = None) -> Any:
 
     try:
         # viser prints a greeting on stdout, which is reserved for --json.
-        with (
-            _guarded_sockets(),
-            contextlib.redirect_stdout(io.StringIO()),
-        ):
+        with _guarded_sockets(), contextlib.redirect_stdout(io.StringIO()):
             return viser.ViserServer(host=HOST, port=port, label=title, verbose=False)
     except (OSError, RuntimeError) as error:
         fault = " ".join(str(error).split())

@@ -6,22 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
-from eyehand.control import (
-    CollisionWorld,
-    ControlOptions,
-    Obstacle,
-    Sphere,
-)
+from eyehand.control import CollisionWorld, ControlOptions, Obstacle, Sphere
 from eyehand.control.tasks import Position
 
 from ..bench import Sweep, Trial
-from .stress_trial import (
-    MARGIN_TOLERANCE_M,
-    direction,
-    lbr_world,
-    motion_trial,
-    simulate,
-)
+from .stress_trial import MARGIN_TOLERANCE_M, direction, lbr_world, motion_trial, simulate
 
 BALL_RADIUS = 0.06
 """Radius of a moving ball, m."""

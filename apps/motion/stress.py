@@ -6,14 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from eyehand.control import ControlOptions
 
-from ..bench import (
-    ReportSpec,
-    StressArguments,
-    StressStage,
-    Sweep,
-    SweepStep,
-    run_stress,
-)
+from ..bench import ReportSpec, StressArguments, StressStage, Sweep, SweepStep, run_stress
 from ..bench.chart_style import GREY, VERMILION, draw_curve
 from ..bench.shares import draw_bars, draw_dotted, refused_pct, score_pct, unclean_pct, worst
 from .contact_sweeps import contact_sweeps

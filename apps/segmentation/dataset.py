@@ -13,12 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eyehand.data_synth import read_labels
-from eyehand.data_synth.scenes import (
-    DEPTH_FILE,
-    LABELS_FILE,
-    MIN_VISIBLE_SHARE,
-    read_background,
-)
+from eyehand.data_synth.scenes import DEPTH_FILE, LABELS_FILE, MIN_VISIBLE_SHARE, read_background
 from eyehand.errors import InputError
 from eyehand.perception import CameraIntrinsics, DepthFrame, read_frame
 from eyehand.perception.io import (

@@ -26,13 +26,7 @@ from .evaluate_points import evaluate_points
 from .kinds import KindOptions
 from .left_out import evaluate_left_out
 from .pictures import ScoredFrame, verdict, write_frame_picture, write_sheet
-from .scored_frames import (
-    TOTAL,
-    FrameResult,
-    frame_row,
-    run_trials,
-    summary_rows,
-)
+from .scored_frames import TOTAL, FrameResult, frame_row, run_trials, summary_rows
 from .synthetic_frames import FurnishedContents, synthetic_sources
 
 SYNTHETIC = "synthetic"

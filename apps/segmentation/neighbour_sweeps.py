@@ -102,10 +102,7 @@ def _tapered_stack(taper: float, seed: int, method: SegmentCallable) -> Trial:
     tall = rng.uniform(0.05, 0.065)
     less = 2 * tall * np.tan(np.radians(taper))
     solid = shapes.tapered_box((x, y), (x - less, y - less), tall)
-    objects = (
-        StagedObject(solid, colour=RED),
-        StagedObject(solid, (0.0, 0.0, tall), colour=BLUE),
-    )
+    objects = (StagedObject(solid, colour=RED), StagedObject(solid, (0.0, 0.0, tall), colour=BLUE))
     return try_scene(
         method, StagedScene(objects, view_around(rng, (25, 45), turn=40.0)), seed, ambiguous=True
     )

@@ -60,9 +60,7 @@ def stress_segmentation(
     return run_stress(segmentation_stage(options), arguments or StressArguments())
 
 
-def segmentation_stage(
-    options: SegmentationOptions | None = None,
-) -> StressStage[SegmentCallable]:
+def segmentation_stage(options: SegmentationOptions | None = None) -> StressStage[SegmentCallable]:
     """Return the stress stage of the segmentation."""
     return StressStage(
         name="segmentation",

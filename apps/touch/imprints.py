@@ -90,9 +90,7 @@ def _line(
     return centre + u.reshape(-1, 1) * along + v.reshape(-1, 1) * across, centre, angle
 
 
-def _probe(
-    rng: np.random.Generator,
-) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
+def _probe(rng: np.random.Generator) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
     centre = rng.uniform(-PROBE_REACH, PROBE_REACH, 2)
     points = np.stack(np.meshgrid(*[_even(PROBE_DIAMETER)] * 2), axis=-1).reshape(-1, 2)
     inside = np.linalg.norm(points, axis=1) <= PROBE_DIAMETER / 2

@@ -14,12 +14,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from .axis_alignment import AxisAlignment, axis_alignment_rows
-from .distance import (
-    DistanceToAxis,
-    DistanceToPoint,
-    distance_to_axis_rows,
-    distance_to_point_rows,
-)
+from .distance import DistanceToAxis, DistanceToPoint, distance_to_axis_rows, distance_to_point_rows
 from .interval import Interval, bound
 from .joint_centring import JointCentring, joint_centring_rows
 from .kernel_task import BOUNDED, GAIN, HIGH, KIND, LOW, KernelTask, pack

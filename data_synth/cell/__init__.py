@@ -5,14 +5,7 @@ model. `SimRobot` implements the robot protocol of `eyehand.grasping`.
 """
 
 from ..arms import HAND, PALM_BEFORE_FLANGE_M
-from .clutter_scene import (
-    CAMERA,
-    MAX_RANGE,
-    ClutterFamily,
-    ClutterView,
-    camera_pose,
-    make_clutter,
-)
+from .clutter_scene import CAMERA, MAX_RANGE, ClutterFamily, ClutterView, camera_pose, make_clutter
 from .clutter_world import ClutterWorld
 from .fingertip_pads import tip_array
 from .grasp_cell import WORK_AREA_M, GraspCell, scene_options

@@ -7,13 +7,7 @@ Random objects that come to rest on a table (`make_scene`) or in and on furnitur
 """
 
 from . import furniture, staged_solids
-from .arm_clearance import (
-    ArmClearance,
-    ReachingObstacle,
-    arm_spec,
-    clearance_pairs,
-    frame_views,
-)
+from .arm_clearance import ArmClearance, ReachingObstacle, arm_spec, clearance_pairs, frame_views
 from .convex_mesh import hull_mesh
 from .convex_pieces import hull_volume
 from .dataset import (

@@ -61,9 +61,7 @@ def convex_mesh(
     return hull_mesh(vertices)
 
 
-def hull_mesh(
-    points: NDArray[np.float64],
-) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+def hull_mesh(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Return the convex hull of points (N, 3): vertices (V, 3) and outward faces (T, 3)."""
     hull = ConvexHull(points)
     used, compact = np.unique(hull.simplices, return_inverse=True)

@@ -17,13 +17,7 @@ from .placement import carrier_count, place
 from .tabletop_options import TabletopOptions
 from .tabletop_physics import TabletopPhysics
 from .tabletop_scene import Table, TabletopObject, TabletopScene, solid_volume
-from .viewpoint import (
-    COARSE_STEPS,
-    FINE_STEPS,
-    camera_intrinsics,
-    draw_table_view,
-    draw_viewpoint,
-)
+from .viewpoint import COARSE_STEPS, FINE_STEPS, camera_intrinsics, draw_table_view, draw_viewpoint
 
 PALETTE = (
     (0.78, 0.30, 0.25),  # brick

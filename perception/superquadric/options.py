@@ -28,14 +28,7 @@ class FitOptions:
         If a value is out of its range. The message names the range or the choices.
     """
 
-    kinds: tuple[Kind, ...] = (
-        "sphere",
-        "cylinder",
-        "ellipsoid",
-        "box",
-        "superquadric",
-        "tapered",
-    )
+    kinds: tuple[Kind, ...] = ("sphere", "cylinder", "ellipsoid", "box", "superquadric", "tapered")
     """Kinds of solids to choose from. Fewer kinds are faster."""
     points: int = 2000
     """Maximum number of points used. More points are more accurate; the time grows linearly."""

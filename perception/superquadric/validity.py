@@ -170,9 +170,7 @@ def check_covered_share(share: float, free_space: FreeSpace, parts: int) -> str:
     return f"{100 * share:.0f} % of the solid lies where the view shows empty space: {why}"
 
 
-def _principal(
-    points: NDArray[np.float64],
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _principal(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return standard deviations (3,) along the principal axes, largest first, and coordinates."""
     centred = points - points.mean(axis=0)
     _, axes = np.linalg.eigh(centred.T @ centred)

@@ -14,13 +14,7 @@ import pytest
 
 from eyehand.apps.command_table import COMMANDS
 from eyehand.apps.main import main
-from eyehand.perception import (
-    CameraIntrinsics,
-    DepthFrame,
-    read_frame,
-    write_cloud,
-    write_frame,
-)
+from eyehand.perception import CameraIntrinsics, DepthFrame, read_frame, write_cloud, write_frame
 from eyehand.perception.cameras import write_ros_frames
 
 SAMPLE = Path(__file__).resolve().parents[2] / "apps" / "sample" / "depth.png"

@@ -120,10 +120,7 @@ def test_failed_fit_gives_a_row_and_exit_code_1_but_no_body(tmp_path, capsys):
     assert row["solid"] is None
     assert "too few" in row["reason"]
     assert "too few" in err
-    assert {path.name for path in (tmp_path / "o").iterdir()} == {
-        "few_solid.json",
-        "few_solid.png",
-    }
+    assert {path.name for path in (tmp_path / "o").iterdir()} == {"few_solid.json", "few_solid.png"}
 
 
 def test_missing_file_is_rejected_before_any_output(ball, tmp_path, capsys):

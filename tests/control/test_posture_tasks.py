@@ -4,10 +4,7 @@ import numpy as np
 import pytest
 
 from eyehand.control.robot_model import RobotModel
-from eyehand.control.tasks import (
-    JointCentring,
-    Manipulability,
-)
+from eyehand.control.tasks import JointCentring, Manipulability
 from eyehand.control.tasks.manipulability import manipulability
 from eyehand.data_synth import LBR_ARM
 from eyehand.errors import InputError

@@ -10,11 +10,7 @@ from numpy.typing import NDArray
 
 from eyehand.control.options import ControlOptions
 from eyehand.control.proximity import Proximity
-from eyehand.control.repulsion import (
-    repulsion_gradient,
-    require_stable,
-    stable_eta,
-)
+from eyehand.control.repulsion import repulsion_gradient, require_stable, stable_eta
 from eyehand.errors import InputError
 
 Array = NDArray[np.float64]

@@ -8,15 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import RigidTransform
 
-from eyehand.control.shapes import (
-    Box,
-    Capsule,
-    ConvexMesh,
-    Cylinder,
-    Ellipsoid,
-    Obstacle,
-    Sphere,
-)
+from eyehand.control.shapes import Box, Capsule, ConvexMesh, Cylinder, Ellipsoid, Obstacle, Sphere
 from eyehand.errors import InputError
 
 if TYPE_CHECKING:

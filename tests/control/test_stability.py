@@ -30,10 +30,7 @@ def test_sweep_passes_at_its_bound(name):
     assert trial.passed, trial.note
 
 
-@pytest.mark.parametrize(
-    ("name", "value"),
-    [("raw-gain", 2.1), ("flying-ball", 6.4)],
-)
+@pytest.mark.parametrize(("name", "value"), [("raw-gain", 2.1), ("flying-ball", 6.4)])
 def test_sweep_fails_cleanly_beyond_its_bound(name, value):
     trial = SWEEPS[name].attempt(value, SEED, ControlOptions())
     assert not trial.passed

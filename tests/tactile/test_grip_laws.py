@@ -4,13 +4,7 @@ import numpy as np
 import pytest
 
 from eyehand.errors import InputError
-from eyehand.tactile import (
-    FrictionPull,
-    GripReading,
-    LoadGrip,
-    LoadGripOptions,
-    SlipGrip,
-)
+from eyehand.tactile import FrictionPull, GripReading, LoadGrip, LoadGripOptions, SlipGrip
 
 DT = 1 / 475
 

@@ -339,9 +339,7 @@ def test_centre_recovers_after_sliding_object_stops(axis):
     assert abs(world.features().centre[axis]) < 1e-4
 
 
-@given(
-    errors=st.lists(st.floats(-900.0, 2000.0), min_size=1, max_size=30),
-)
+@given(errors=st.lists(st.floats(-900.0, 2000.0), min_size=1, max_size=30))
 def test_integral_shrinks_outside_its_band(errors):
     """Outside the band, the integral never grows and never changes its sign."""
     servo = TactileServo(selection=PRESS, options=ServoOptions(known_stiffness=1e7, window=1))

@@ -14,9 +14,7 @@ if TYPE_CHECKING:
 
     from eyehand.perception import Superquadric, SuperquadricFit
 
-BASELINES: dict[str, str] = {
-    "ems": "eyehand.apps.fitting.bench.ems:ems_fit",
-}
+BASELINES: dict[str, str] = {"ems": "eyehand.apps.fitting.bench.ems:ems_fit"}
 """Name of a baseline → ``module:function``, a `Fitter`."""
 
 

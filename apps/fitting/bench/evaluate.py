@@ -13,13 +13,7 @@ from rich.table import Table
 from eyehand.errors import InputError
 from eyehand.perception import FitOptions
 
-from ...bench import (
-    Method,
-    compare_methods,
-    machine_line,
-    result_table,
-    write_csv,
-)
+from ...bench import Method, compare_methods, machine_line, result_table, write_csv
 from ...console import counted, print_json, say, seed_span, show, tracked
 from ...perceived_frame import load_kernels
 from ...run_folder import claim_folder
@@ -100,10 +94,7 @@ def evaluate_fit(
     own = replace(base, **given)
     if meshes is not None and meshes.meshes:
         meshes.check()
-        methods = {
-            ONE_SOLID: replace(own, max_parts=1),
-            IN_PARTS: replace(own, max_parts=PARTS),
-        }
+        methods = {ONE_SOLID: replace(own, max_parts=1), IN_PARTS: replace(own, max_parts=PARTS)}
         if max_parts is not None:
             methods = {OWN: own}
         fitters = {name: find_baseline(name) for name in baseline or MESH_BASELINES}

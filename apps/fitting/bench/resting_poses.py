@@ -48,9 +48,7 @@ def resting_rotations(vertices: NDArray[np.float64], count: int) -> list[Rotatio
     return [_turn_up(face.up) for face in chosen]
 
 
-def hull_facets(
-    vertices: NDArray[np.float64],
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def hull_facets(vertices: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return outward normals (F, 3) and areas (F,) of a hull's facets, largest first, m².
 
     Triangles whose normals differ by less than 5° from a larger one count as one facet.

@@ -9,14 +9,7 @@ import numpy as np
 
 from eyehand.apps.perceived_frame import load_kernels
 
-from ...bench import (
-    ReportSpec,
-    StressArguments,
-    StressStage,
-    Sweep,
-    SweepStep,
-    run_stress,
-)
+from ...bench import ReportSpec, StressArguments, StressStage, Sweep, SweepStep, run_stress
 from ...bench.chart_style import COLOURS, GREY, SKY, VERMILION, draw_curve
 from ...bench.shares import draw_bars, draw_dotted, milliseconds, percent, refused_pct, share_pct
 from .baselines import find_baseline
@@ -36,11 +29,7 @@ MEDIAN, WORST = 0, COLOURS.index(SKY)
 """Places of the curves in COLOURS."""
 
 
-def stress_fit(
-    arguments: StressArguments | None = None,
-    *,
-    baseline: str | None = None,
-) -> int:
+def stress_fit(arguments: StressArguments | None = None, *, baseline: str | None = None) -> int:
     """Make clouds of known solids harder step by step until the fit breaks, and chart where.
 
     Tries 20 clouds at each value, or 3 with --quick. Each sweep has a bound that must hold. Past

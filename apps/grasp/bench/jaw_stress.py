@@ -96,9 +96,7 @@ def jaw_sweeps(hand: str, folder: str) -> tuple[Sweep[JawOptions], ...]:
     )
 
 
-def _attempt(
-    trial: Callable[[float], dict[str, Any]],
-) -> Callable[[float, int, JawOptions], Trial]:
+def _attempt(trial: Callable[[float], dict[str, Any]]) -> Callable[[float, int, JawOptions], Trial]:
     def run(value: float, seed: int, _: JawOptions) -> Trial:
         ended = run_clutter_round({**trial(value), "seed": seed})
         if not ended["placed"]:

@@ -10,14 +10,7 @@ import numpy as np
 
 from eyehand.data_synth import import_mujoco
 from eyehand.data_synth.cell import GraspCell, GraspWorld, SimRobot
-from eyehand.grasping import (
-    Cell,
-    ClearOptions,
-    CycleInfo,
-    PickOptions,
-    PickOutcome,
-    clear_table,
-)
+from eyehand.grasping import Cell, ClearOptions, CycleInfo, PickOptions, PickOutcome, clear_table
 
 from ...bench.sweep import Trial
 from .dials import DEFAULT, perception_dial

@@ -159,9 +159,7 @@ def jaw_motion(posing: Posing, palm: int, branches: list[list[int]], tcp: str | 
     return max((o for o in found if o[0] > 0.5 * best), key=lambda o: (round(o[1], 2), o[0]))[2]
 
 
-def _end_positions(
-    drives: Drives,
-) -> list[tuple[NDArray[np.float64], NDArray[np.float64]]]:
+def _end_positions(drives: Drives) -> list[tuple[NDArray[np.float64], NDArray[np.float64]]]:
     """Return the pairs of end positions of the drives between which a gripper may close."""
     flips = map(np.array, itertools.product((False, True), repeat=len(drives.joints)))
     return [

@@ -4,11 +4,7 @@ import numpy as np
 import pytest
 
 from eyehand.apps.segmentation.self_agreement import disturbed_frame, self_agreement
-from eyehand.apps.segmentation.synthetic_frames import (
-    EMPTY_FAMILIES,
-    FAMILIES,
-    synthetic_sources,
-)
+from eyehand.apps.segmentation.synthetic_frames import EMPTY_FAMILIES, FAMILIES, synthetic_sources
 from eyehand.perception import CameraIntrinsics, DepthFrame, segment
 
 MIN_AGREEMENT = 0.95

@@ -58,10 +58,7 @@ def test_joint_limits_are_kept_and_reported():
 
 
 def test_two_arms_move_independently():
-    arms = (
-        Arm(prefix="left_"),
-        Arm(RigidTransform.from_translation([0.0, 1.0, 0.0]), "right_"),
-    )
+    arms = (Arm(prefix="left_"), Arm(RigidTransform.from_translation([0.0, 1.0, 0.0]), "right_"))
     rig = ArmRig(pad_scene((), arms), arms, options=NO_DELAY)
     before = [hand.pose.translation for hand in rig.hands]
     rig.step(np.zeros(6), np.array([0, 0, 0.05, 0, 0, 0]))

@@ -5,12 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from eyehand.apps.touch.slip_detection import (
-    Alarms,
-    alarm_level,
-    detection_row,
-    judge_alarms,
-)
+from eyehand.apps.touch.slip_detection import Alarms, alarm_level, detection_row, judge_alarms
 from eyehand.apps.touch.slip_trials import SlipTrial, run_slip_trial
 from eyehand.data_synth.pad import SENSORS
 from eyehand.tactile.slip_features import FEATURES

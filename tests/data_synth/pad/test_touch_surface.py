@@ -15,9 +15,7 @@ PARTS = (
 
 
 @pytest.mark.parametrize("part", PARTS, ids=lambda part: part.kind)
-def test_top_surface_has_zero_distance_and_distance_has_unit_gradient(
-    part: Part,
-) -> None:
+def test_top_surface_has_zero_distance_and_distance_has_unit_gradient(part: Part) -> None:
     item = TouchObject("thing", (part,))
     x, y = np.random.default_rng(0).uniform(-0.06, 0.06, (2, 400))
     z = top_surface(item, x, y)

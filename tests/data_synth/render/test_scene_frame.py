@@ -5,13 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from eyehand.data_synth import (
-    DepthNoise,
-    TabletopOptions,
-    ViewOptions,
-    make_scene,
-    render_frame,
-)
+from eyehand.data_synth import DepthNoise, TabletopOptions, ViewOptions, make_scene, render_frame
 from eyehand.errors import InputError
 
 OPTIONS = TabletopOptions(count_range=(2, 3), view=ViewOptions(image_size=(160, 120)))

@@ -9,11 +9,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import RigidTransform
 
 from eyehand.data_synth import ViewOptions, look_at
-from eyehand.data_synth.scenes.viewpoint import (
-    MIN_VISIBLE_SHARE,
-    camera_intrinsics,
-    draw_viewpoint,
-)
+from eyehand.data_synth.scenes.viewpoint import MIN_VISIBLE_SHARE, camera_intrinsics, draw_viewpoint
 from eyehand.errors import InputError
 from eyehand.perception.superquadric import Superquadric
 

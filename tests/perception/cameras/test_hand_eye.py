@@ -5,12 +5,7 @@ import pytest
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.errors import InputError
-from eyehand.perception.cameras import (
-    BoardView,
-    HandEyeOptions,
-    calibrate_hand_eye,
-    charuco_board,
-)
+from eyehand.perception.cameras import BoardView, HandEyeOptions, calibrate_hand_eye, charuco_board
 
 from .board_scenes import CAMERA, board_scene, exact_views, moved
 

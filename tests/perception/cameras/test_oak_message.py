@@ -101,9 +101,7 @@ def test_image_without_reading_gives_no_frame(frames: Frames) -> None:
     assert depth_frame(depth) is None
 
 
-def test_scaled_and_cropped_image_has_matching_intrinsics(
-    camera: CameraIntrinsics,
-) -> None:
+def test_scaled_and_cropped_image_has_matching_intrinsics(camera: CameraIntrinsics) -> None:
     scaled = transformation(camera)
     scaled.addScale(0.5, 0.5)
     scaled.setSize(32, 24)

@@ -74,11 +74,7 @@ def reference(frame, supports, max_range):
     return above
 
 
-@given(
-    seed=st.integers(0, 10_000),
-    count=st.integers(1, 3),
-    max_range=st.sampled_from([0.9, 4.0]),
-)
+@given(seed=st.integers(0, 10_000), count=st.integers(1, 3), max_range=st.sampled_from([0.9, 4.0]))
 @settings(max_examples=20)
 def test_marks_equal_numpy(seed, count, max_range):
     rng = np.random.default_rng(seed)

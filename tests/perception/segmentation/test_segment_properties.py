@@ -248,9 +248,7 @@ def test_memory_layout_does_not_change_result(change_layout, colour: bool):
     ],
     ids=["default", "no_median", "stride_2", "two_threads"],
 )
-def test_inputs_are_unchanged_and_second_call_is_identical(
-    options: SegmentationOptions,
-):
+def test_inputs_are_unchanged_and_second_call_is_identical(options: SegmentationOptions):
     frame = rendered_frame(*IN_CONTACT[0])
     assert frame.colour is not None
     # Writable arrays: a frame has read-only views, but their base arrays stay writable.

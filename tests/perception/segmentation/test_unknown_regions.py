@@ -5,13 +5,7 @@ import pytest
 from scipy.spatial import ConvexHull
 from synthetic_solids import T_TABLE_CAMERA, Ball, Box, Plate, solid_frame
 
-from eyehand.perception import (
-    CameraIntrinsics,
-    DepthFrame,
-    SegmentationOptions,
-    perceive,
-    segment,
-)
+from eyehand.perception import CameraIntrinsics, DepthFrame, SegmentationOptions, perceive, segment
 
 CAMERA = CameraIntrinsics(520.0, 520.0, 319.5, 239.5, 640, 480)
 PROJECTOR_BASELINE = 0.075

@@ -6,13 +6,7 @@ from synthetic_solids import CAMERA_HEIGHT, TABLE_AXES
 
 from eyehand.perception.segmentation import SupportPlane
 from eyehand.perception.segmentation.support_extent import Support
-from eyehand.perception.segmentation.walls import (
-    MAX_BEHIND,
-    MIN_LENGTH,
-    is_board,
-    is_side,
-    is_wall,
-)
+from eyehand.perception.segmentation.walls import MAX_BEHIND, MIN_LENGTH, is_board, is_side, is_wall
 
 ORIGIN = -CAMERA_HEIGHT * TABLE_AXES[2]
 EDGE = 1.0

@@ -7,11 +7,7 @@ import pytest
 from eyehand.errors import InputError
 from eyehand.perception import FitOptions
 from eyehand.perception.stored_front import StoredFront
-from eyehand.perception.superquadric.options import (
-    FORMAT,
-    STORED_FRONT,
-    FrontPoint,
-)
+from eyehand.perception.superquadric.options import FORMAT, STORED_FRONT, FrontPoint
 
 BARE = {"points": 100, "optimiser": "lm", "kinds": ("superquadric",)}
 FRONT = StoredFront(

@@ -24,11 +24,7 @@ from eyehand.perception.superquadric.levenberg_marquardt import (
     levenberg_marquardt,
 )
 from eyehand.perception.superquadric.outliers import remove_outliers
-from eyehand.perception.superquadric.parameters import (
-    N_PARAMETERS,
-    N_STRAIGHT,
-    ShapeParameters,
-)
+from eyehand.perception.superquadric.parameters import N_PARAMETERS, N_STRAIGHT, ShapeParameters
 from eyehand.perception.superquadric.problem import Observation, build_problem, parameter_bounds
 
 OPTIONS = FitOptions()

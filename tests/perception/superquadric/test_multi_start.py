@@ -8,10 +8,7 @@ from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.perception import FitOptions, Superquadric
 from eyehand.perception.superquadric import multi_start, sample_surface
-from eyehand.perception.superquadric.model_selection import (
-    COARSE_POINTS,
-    COARSE_RAY_STEP,
-)
+from eyehand.perception.superquadric.model_selection import COARSE_POINTS, COARSE_RAY_STEP
 from eyehand.perception.superquadric.multi_start import SAME_COST, Minimum, distinct
 from eyehand.perception.superquadric.outliers import remove_outliers
 from eyehand.perception.superquadric.parameters import ShapeParameters

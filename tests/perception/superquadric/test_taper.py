@@ -7,13 +7,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.errors import InputError
-from eyehand.perception.superquadric import (
-    MAX_TAPER,
-    Superquadric,
-    canonical,
-    mesh,
-    sample_surface,
-)
+from eyehand.perception.superquadric import MAX_TAPER, Superquadric, canonical, mesh, sample_surface
 
 exponents = st.floats(0.1, 1.9)
 tapers = st.floats(-0.8, 0.8)

@@ -5,13 +5,7 @@ import pytest
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.perception import FitOptions, Superquadric, SuperquadricFit, fit_superquadric
-from eyehand.perception.superquadric import (
-    PARAMETERS,
-    Kind,
-    Uncertainty,
-    canonical,
-    sample_surface,
-)
+from eyehand.perception.superquadric import PARAMETERS, Kind, Uncertainty, canonical, sample_surface
 from eyehand.perception.superquadric.kinds import basis
 
 REPEATS = 40

@@ -7,12 +7,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.apps.fitting.bench.odd_solids import Capsule, HalfBall, PosedSolid, Prism
-from eyehand.apps.fitting.bench.score import (
-    extent_errors,
-    overlap,
-    score_fit,
-    surface_distances,
-)
+from eyehand.apps.fitting.bench.score import extent_errors, overlap, score_fit, surface_distances
 from eyehand.perception import Superquadric
 
 CUBE = Prism(((-0.05, -0.05), (0.05, -0.05), (0.05, 0.05), (-0.05, 0.05)), 0.05, upright=True)

@@ -11,21 +11,11 @@ import cv2
 import pytest
 
 from eyehand.apps.bench.shares import wilson_interval
-from eyehand.apps.grasp.bench import (
-    chart as chart_grasp,
-)
-from eyehand.apps.grasp.bench import (
-    conditions as grasp_plan,
-)
-from eyehand.apps.grasp.bench import (
-    evaluate as evaluate_grasp,
-)
-from eyehand.apps.grasp.bench import (
-    run_inputs as grasp_inputs,
-)
-from eyehand.apps.grasp.bench import (
-    stored_run,
-)
+from eyehand.apps.grasp.bench import chart as chart_grasp
+from eyehand.apps.grasp.bench import conditions as grasp_plan
+from eyehand.apps.grasp.bench import evaluate as evaluate_grasp
+from eyehand.apps.grasp.bench import run_inputs as grasp_inputs
+from eyehand.apps.grasp.bench import stored_run
 from eyehand.apps.grasp.bench.conditions import (
     default_conditions,
     requested_conditions,
