@@ -17,12 +17,13 @@ from ..bench import (
 )
 from ..bench.chart_style import BLUE, GREY, INK, LINE, VERMILION, add_legend, label_axes
 from .arm_rig import SensorName
-from .edge_run import ALIGN_SECONDS, EdgeRun, edge_row, mean_row, run_edge
+from .edge_run import ALIGN_SECONDS, DONE, EdgeRun, edge_row, mean_row, run_edge
 from .trial_arguments import TrialArguments, run_trials
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 HEIGHT = 5.0
@@ -34,8 +35,9 @@ def experiment_edge(arguments: TrialArguments | None = None) -> int:
 
     The arm lands the pad on an edge that lies up to 60° off the pad's y-axis. The servo controls
     only pressure and rotation. It aligns the pad with the edge. Then the edge turns to and fro by
-    40°. The chapter shows this in its video only. Writes edge.png and edge.csv. Runs 10 trials, or
-    2 with --quick.
+    40°. The chapter shows this in its video only. A trial that the servo ends early is a row with
+    its outcome, and does not enter the means. Writes edge.png and edge.csv. Runs 10 trials, or 2
+    with --quick.
     """
     return run_trials(EDGE, _measure, arguments)
 
@@ -54,6 +56,7 @@ def _measure(plan: TrialPlan, sensor: SensorName = "good") -> ExperimentResult:
             ("turning", "{turning_rms_deg:.2f}°"),
             ("delay", "{delay_ms:.0f} ms"),
             ("force", "{force_mean_n:.3f} ± {force_std_n:.3f} N"),
+            ("outcome", "{outcome}"),
         ],
         title="angle between the pad and an edge; the chapter shows this in its video only",
         caption="response: time to a tenth of the angle at touch; at rest: mean and standard "
@@ -87,17 +90,22 @@ def edge_picture(runs: Sequence[EdgeRun], seed: int) -> Figure:
     left.axhline(0.0, color=GREY, linewidth=1.0, zorder=1)
     label_axes(left, "time since touch [s]", "angle of pad to edge [°]", panel="Alignment")
     add_legend(left, where="lower right")
-    run = runs[0]
-    late = run.times >= ALIGN_SECONDS
-    times = run.times[late] - ALIGN_SECONDS
-    edge = run.edge_deg[late] - run.edge_deg[late][0]
-    right.plot(times, edge, color=INK, linewidth=1.2, linestyle=(0, (4, 3)), label="edge", zorder=4)
-    right.plot(times, edge + run.errors_deg[late], color=VERMILION, linewidth=LINE, label="pad")
+    run = next((run for run in runs if run.outcome == DONE), None)
+    if run is not None:
+        _draw_turning(right, run)
     label_axes(right, "time [s]", "direction [°]", panel="The edge turns")
-    right.set_ylim(top=1.35 * float(np.abs(edge).max()))
-    add_legend(right, where="upper right")
     add_footer(
         figure,
         Provenance("box edge on the simulated 16 × 16 pad and arm", seed, len(runs), "trial"),
     )
     return figure
+
+
+def _draw_turning(panel: Axes, run: EdgeRun) -> None:
+    late = run.times >= ALIGN_SECONDS
+    times = run.times[late] - ALIGN_SECONDS
+    edge = run.edge_deg[late] - run.edge_deg[late][0]
+    panel.plot(times, edge, color=INK, linewidth=1.2, linestyle=(0, (4, 3)), label="edge", zorder=4)
+    panel.plot(times, edge + run.errors_deg[late], color=VERMILION, linewidth=LINE, label="pad")
+    panel.set_ylim(top=1.35 * float(np.abs(edge).max()))
+    add_legend(panel, where="upper right")

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.data_synth.pad import PlacedObject, box_edge, pad_scene
-from eyehand.errors import DeviceError
 from eyehand.tactile import PRESETS, ServoGoal, TactileServo, TouchPhases
 
 from .arm_rig import CYCLE, ArmRig, RigOptions, SensorName, home_pose
@@ -29,8 +28,16 @@ REST_SECONDS = 1.0
 """Duration at the end of the alignment in which the remaining error is measured, s."""
 SWING_DEG, SWING_PERIOD = 40.0, 8.0
 """Amplitude, degrees, and period, s, of the edge's rotation. Its maximum speed is 31°/s."""
+DONE = "done"
+"""Outcome of a trial that lasted until the end."""
 RESPONSE_SHARE = 0.1
 """Share of the first error that remains at the end of the response time."""
+
+_FIGURES = (
+    "response_time_s", "steady_state_error_deg", "standard_deviation_deg", "turning_rms_deg",
+    "delay_ms", "force_mean_n", "force_std_n",
+)  # fmt: skip
+"""Measured figures of a row."""
 
 
 @dataclass(frozen=True)
@@ -50,17 +57,11 @@ class EdgeRun:
     forces: NDArray[np.float64]
     """(M,), true force, N."""
     outcome: str
-    """"done", or the reason of a failure."""
+    """`DONE`, or the reason why the servo ended early. The record then ends there."""
 
 
 def run_edge(seed: int, sensor: SensorName = "good") -> EdgeRun:
-    """Land a pad on an edge at an angle, and turn the edge when the pad is aligned.
-
-    Raises
-    ------
-    DeviceError
-        If the servo ended early.
-    """
+    """Land a pad on an edge at an angle, and turn the edge when the pad is aligned."""
     rng = np.random.default_rng(seed)
     start = rng.uniform(MIN_START_DEG, MAX_START_DEG) * rng.choice([-1.0, 1.0])
     home = home_pose()
@@ -96,15 +97,15 @@ def run_edge(seed: int, sensor: SensorName = "good") -> EdgeRun:
         edge = direction(rig.time)
         gap = np.degrees(np.arctan2(y[1], y[0])) - edge
         log.append((rig.time, edge, (gap + 90.0) % 180.0 - 90.0, sample.force))
-    if phases.phase == "ended":
-        raise DeviceError(f"the edge trial ended early (seed {seed}): {phases.outcome}")
     times, edges, errors, forces = np.array(log).T
-    outcome = phases.outcome or "done"
-    return EdgeRun(start, landing, times, edges, errors, forces, outcome)
+    return EdgeRun(start, landing, times, edges, errors, forces, phases.outcome or DONE)
 
 
 def edge_row(run: EdgeRun) -> dict[str, Any]:
-    """Return the results of a trial."""
+    """Return the results of a trial; one that ended early has only its start and outcome."""
+    row: dict[str, Any] = {"name": f"edge {run.start_deg:+.0f}°", "start_deg": run.start_deg}
+    if run.outcome != DONE:
+        return row | dict.fromkeys(_FIGURES) | {"outcome": run.outcome}
     early = (run.times > run.landing) & (run.times < ALIGN_SECONDS)
     wrong = np.abs(run.errors_deg[early]) > RESPONSE_SHARE * abs(run.start_deg)
     last = run.times[early][wrong][-1] if wrong.any() else run.landing
@@ -114,26 +115,22 @@ def edge_row(run: EdgeRun) -> dict[str, Any]:
     rates = np.gradient(run.edge_deg[late], run.times[late])
     # With a delay T, the error is the rate times T. Least squares gives T.
     delay = -float(rates @ turning) / float(rates @ rates)
-    return {
-        "name": f"edge {run.start_deg:+.0f}°",
-        "start_deg": run.start_deg,
-        "response_time_s": float(last - run.landing),
-        "steady_state_error_deg": float(np.mean(run.errors_deg[rest])),
-        "standard_deviation_deg": float(np.std(run.errors_deg[rest])),
-        "turning_rms_deg": float(np.sqrt(np.mean(turning**2))),
-        "delay_ms": 1e3 * delay,
-        "force_mean_n": float(run.forces[late].mean()),
-        "force_std_n": float(run.forces[late].std()),
-        "outcome": run.outcome,
-    }
+    figures = (
+        float(last - run.landing),
+        float(np.mean(run.errors_deg[rest])),
+        float(np.std(run.errors_deg[rest])),
+        float(np.sqrt(np.mean(turning**2))),
+        1e3 * delay,
+        float(run.forces[late].mean()),
+        float(run.forces[late].std()),
+    )
+    return row | dict(zip(_FIGURES, figures, strict=True)) | {"outcome": run.outcome}
 
 
 def mean_row(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """Return the mean over trials, of absolute values."""
+    """Return the mean of absolute values over the trials that lasted, and how many these are."""
+    done = [row for row in rows if row["outcome"] == DONE]
     mean: dict[str, Any] = {"name": "mean of sizes"}
-    for key in rows[0]:
-        if key not in ("name", "outcome"):
-            mean[key] = float(np.mean([abs(row[key]) for row in rows]))
-    done = sum(row["outcome"] == "done" for row in rows)
-    mean["outcome"] = f"{done} of {len(rows)} done"
-    return mean
+    for key in ("start_deg", *_FIGURES):
+        mean[key] = float(np.mean([abs(row[key]) for row in done])) if done else None
+    return mean | {"outcome": f"{len(done)} of {len(rows)} done"}

@@ -20,7 +20,7 @@ from eyehand.tactile import (
     SlipState,
 )
 
-from .slip_trials import GRAVITY, STRIDE
+from .slip_trials import GRAVITY, STRIDE, UNSEEN_PADS
 
 LAWS = (
     "constant",
@@ -148,6 +148,7 @@ class _World:
             max_pressure=max_pressure,
             sensor=sensor,
             angle=trial.angle,
+            pad=UNSEEN_PADS[seed % len(UNSEEN_PADS)],
             seed=seed,
         )
         self.trial = trial
@@ -196,7 +197,7 @@ def run_law(
     trial
         The object and its disturbances.
     seed
-        Source of surface, electronics and noise.
+        Source of surface, pad and noise. The detector is trained on other pads.
     sensor, trained, max_pressure
         Sensor model, trained slip detector and range of the pads, Pa.
     """

@@ -59,11 +59,13 @@ def _measure(plan: TrialPlan, sensor: SensorName = "good") -> ExperimentResult:
             ("slowest", "{slowest_s:.3f} s"),
             ("remaining tilt, maximum", "{tilt_deg:.2f}°"),
         ],
-        caption=f"contacts lost: {row['contact_losses']} of {row['trials']} landings; "
+        caption=f"contacts lost: {row['contact_losses']} of {row['trials']} landings; ended early, "
+        f"and not in the figures: {row['ended_early']} {row['outcomes']}; "
         "chapter (Fig. 9): flat after 4 s",
     )
     provenance = plan.provenance("rigid face 60 × 60 mm, simulated arm and pad")
-    return ExperimentResult([row], table, _picture(done, row, provenance), _points(done[0]))
+    lasted = [trial for trial in done if not trial.run.outcome]
+    return ExperimentResult([row], table, _picture(lasted, row, provenance), _points(lasted[0]))
 
 
 ROLL = Experiment("roll", _measure, unit="landing", trials=20, quick_trials=1)

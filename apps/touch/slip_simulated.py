@@ -22,8 +22,8 @@ from .slip_detection import (
     score_trials,
     train_detector,
 )
-from .slip_training import all_of, left_out_level, slip_trials
-from .slip_trials import EVENTS, TEST_SHAPES, TRAIN_SHAPES
+from .slip_training import SEED_GAP, all_of, left_out_level, slip_trials
+from .slip_trials import EVENTS, TEST_SHAPES, TRAIN_SHAPES, UNSEEN_PADS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -40,8 +40,6 @@ CHARTED = 20e3
 """Range of the pad whose rates are drawn, Pa."""
 TRAIN_FACTOR = 3
 """Trials of each event for training, over those of the test."""
-_TEST_SEEDS = 100_000
-"""Difference of the seeds of test and training."""
 _COLOURS = (VERMILION, BLUE, GREEN)
 
 
@@ -53,7 +51,8 @@ def measure_simulated(plan: TrialPlan, sensor: SensorName = "good") -> Experimen
     for top in tracked(ranges, "pads", len(ranges)):
         model = SENSORS[sensor]
         known = slip_trials(TRAIN_SHAPES, TRAIN_FACTOR * plan.trials, plan.seed, model, top)
-        tests = slip_trials(TEST_SHAPES, plan.trials, plan.seed + _TEST_SEEDS, model, top)
+        fresh = plan.seed + SEED_GAP
+        tests = slip_trials(TEST_SHAPES, plan.trials, fresh, model, top, UNSEEN_PADS)
         training, unseen = all_of(known), all_of(tests)
         for name in DETECTORS:
             tested = score_trials(name, train_detector(name, training, plan.seed), unseen)

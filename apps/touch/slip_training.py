@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from eyehand.tactile import SlipScore
 
 from .slip_detection import alarm_level, score_trials, train_detector
-from .slip_trials import EVENTS, TRAIN_SHAPES, SlipTrial, run_slip_trial
+from .slip_trials import EVENTS, PADS, TRAIN_SHAPES, SlipTrial, run_slip_trial
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -15,10 +15,19 @@ if TYPE_CHECKING:
     from eyehand.data_synth.pad import SensorModel
 
 
+SEED_GAP = 100_000
+"""Difference of the seeds of training and test, so that no surface and no noise is in both."""
+
+
 def slip_trials(
-    shapes: Sequence[str], count: int, seed: int, sensor: SensorModel, max_pressure: float
+    shapes: Sequence[str],
+    count: int,
+    seed: int,
+    sensor: SensorModel,
+    max_pressure: float,
+    pads: Sequence[int] = PADS,
 ) -> dict[str, list[SlipTrial]]:
-    """Run `count` trials of each event, with the kinds of objects in turn.
+    """Run `count` trials of each event, with the kinds of objects and the pads in turn.
 
     Returns
     -------
@@ -29,7 +38,8 @@ def slip_trials(
     for k in range(count):
         shape = shapes[k % len(shapes)]
         trials[shape] += [
-            run_slip_trial(shape, event, seed + k, sensor, max_pressure) for event in EVENTS
+            run_slip_trial(shape, event, seed + k, sensor, max_pressure, pads[k % len(pads)])
+            for event in EVENTS
         ]
     return trials
 
@@ -56,7 +66,10 @@ def left_out_level(name: str, trials: dict[str, list[SlipTrial]], seed: int) -> 
 def trained_score(
     name: str, count: int, seed: int, sensor: SensorModel, max_pressure: float
 ) -> SlipScore:
-    """Run trials of the kinds `TRAIN_SHAPES`, and train a detector with its level."""
-    trials = slip_trials(TRAIN_SHAPES, count, seed, sensor, max_pressure)
+    """Run trials of the kinds `TRAIN_SHAPES` on `PADS`, and train a detector with its level.
+
+    The trials' seeds begin at `seed` + `SEED_GAP`.
+    """
+    trials = slip_trials(TRAIN_SHAPES, count, seed + SEED_GAP, sensor, max_pressure)
     score = train_detector(name, all_of(trials), seed)
     return SlipScore(score, left_out_level(name, trials, seed))

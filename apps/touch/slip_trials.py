@@ -31,6 +31,8 @@ _MAX_SETTLING_SLIDE = 5e-5
 _PRESSURES = (400.0, 8e3)
 """Range of the mean pressure on the face, Pa."""
 
+PADS, UNSEEN_PADS = range(6), range(6, 12)
+"""Numbers of the pads that detectors are trained on, and of those that they are tested on."""
 TRAIN_SHAPES = ("block", "can", "ball")
 TEST_SHAPES = ("bar", "bottle", "tool")
 """Kinds of objects: those trained on, and those tested on."""
@@ -89,7 +91,7 @@ def draw_grasp(shape: str, rng: np.random.Generator) -> Grasp:
 
 
 def run_slip_trial(
-    shape: str, event: str, seed: int, sensor: SensorModel, max_pressure: float
+    shape: str, event: str, seed: int, sensor: SensorModel, max_pressure: float, pad: int = 0
 ) -> SlipTrial:
     """Hold an object through one event.
 
@@ -104,30 +106,29 @@ def run_slip_trial(
         the event are drawn again.
     sensor
         Sensor model.
-    max_pressure
-        Range of the pad, Pa.
+    max_pressure, pad
+        Range of the pad, Pa, and its number.
     """
     rng = np.random.default_rng((seed, EVENTS.index(event)))
     while True:
         grasp = draw_grasp(shape, rng)
         drive = EVENT_DRIVES[event](grasp, rng)
-        trial = _run(grasp, event, drive, seed, sensor, max_pressure)
+        simulation = HeldSimulation(
+            grasp.held,
+            grasp.grip,
+            max_pressure=max_pressure,
+            sensor=sensor,
+            angle=grasp.angle,
+            pad=pad,
+            seed=seed,
+        )
+        trial = _run(grasp, event, drive, simulation)
         if trial is not None:
             return trial
 
 
-def _run(
-    grasp: Grasp, event: str, drive: Drive, seed: int, sensor: SensorModel, max_pressure: float
-) -> SlipTrial | None:
+def _run(grasp: Grasp, event: str, drive: Drive, simulation: HeldSimulation) -> SlipTrial | None:
     """Run one trial; None if the object slides before the event."""
-    simulation = HeldSimulation(
-        grasp.held,
-        grasp.grip,
-        max_pressure=max_pressure,
-        sensor=sensor,
-        angle=grasp.angle,
-        seed=seed,
-    )
     rows, columns = simulation.array.grid or (0, 0)
     state = SlipState(
         rows,

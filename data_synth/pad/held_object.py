@@ -39,8 +39,6 @@ DEFAULT_RANGE = 10e3
 _ROWS, _PITCH = 16, 0.005
 _STEPS = 4
 """Steps per image. The stiffest grip of a light object then takes 30 steps per oscillation."""
-_ELECTRONICS = 6
-"""Number of pads that seeds choose from; each is calibrated once."""
 _TEXTURE_CELLS, _TEXTURE_PERIOD = 256, 0.064
 """Entries and period, m, of the surface's roughness."""
 _WAVES = (0.0015, 0.012)
@@ -124,12 +122,12 @@ class HeldSimulation:
     sensor
         Sensor model; its wait and noise also hold for the shear that an array with shear reads.
         Friction always holds at rest, and always moves the image.
-    place
-        Middle of the face on the pad, (2,), m.
     angle
         Angle of the face, rad.
+    pad
+        Number of the pad: source of its electronics, >= 0. Each pad is calibrated once.
     seed
-        Source of the surface, the electronics and the noise.
+        Source of the surface and the noise.
 
     Raises
     ------
@@ -149,8 +147,8 @@ class HeldSimulation:
         *,
         max_pressure: float = 20e3,
         sensor: SensorModel | None = None,
-        place: tuple[float, float] = (0.0, 0.0),
         angle: float = 0.0,
+        pad: int = 0,
         seed: int = 0,
     ) -> None:
         if not (0 < grip < np.inf and 0 < max_pressure < np.inf):
@@ -176,10 +174,9 @@ class HeldSimulation:
         count = _ROWS * _ROWS
         self._pressures, self._shear = np.zeros(count), np.zeros((count, 2))
         self._sensor = sensor or SENSORS["good"]
-        seed %= _ELECTRONICS
-        readout = self._sensor.readout(count, seed)
-        self._memory = SensorMemory(self._sensor, readout, seed)
-        self._calibration = _calibration(self._sensor, seed)
+        readout = self._sensor.readout(count, pad)
+        self._memory = SensorMemory(self._sensor, readout, pad)
+        self._calibration = _calibration(self._sensor, pad)
         self._lever = foam.thickness
         self._waiting: deque[tuple[float, NDArray[np.float64]]] = deque()
         self.time = 0.0
@@ -187,8 +184,8 @@ class HeldSimulation:
         self._drive[:, 0] = grip
         self._motion = np.zeros(MOTION_SIZE)
         cosine, sine = np.cos(angle), np.sin(angle)
-        self._motion[X] = place[0] + cosine * held.centre_x - sine * held.centre_y
-        self._motion[Y] = place[1] + sine * held.centre_x + cosine * held.centre_y
+        self._motion[X] = cosine * held.centre_x - sine * held.centre_y
+        self._motion[Y] = sine * held.centre_x + cosine * held.centre_y
         self._motion[ANGLE] = angle
         self._press_in(foam.thickness)
 

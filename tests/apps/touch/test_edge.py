@@ -3,10 +3,13 @@
 import csv
 import json
 
+import numpy as np
 import pytest
 
-from eyehand.apps.touch.edge_run import run_edge
-from eyehand.errors import DeviceError
+from eyehand.apps.touch.edge import edge_picture
+from eyehand.apps.touch.edge_run import DONE, EdgeRun, edge_row, mean_row, run_edge
+
+TIMES = np.arange(0.0, 12.0, 0.004)
 
 
 def test_pad_aligns_with_edge_and_follows_its_rotation(tmp_path, run_experiment):
@@ -35,6 +38,20 @@ def test_invalid_option_value_exits_with_code_2(option, run_experiment):
     assert option[0] in err
 
 
-def test_servo_that_ends_early_is_named():
-    with pytest.raises(DeviceError, match="ended early"):
-        run_edge(1, "harsh")
+def test_trial_that_ends_early_is_named_and_leaves_the_others():
+    lasted = EdgeRun(20.0, 0.1, TIMES, TIMES, 20.0 * np.exp(-9 * TIMES), TIMES, DONE)
+    ended = run_edge(1, "harsh")
+    assert ended.outcome == "unsteady_contact"
+    rows = [edge_row(lasted), edge_row(ended)]
+    assert rows[1]["outcome"] == "unsteady_contact"
+    assert rows[1]["turning_rms_deg"] is None
+    mean = mean_row(rows)
+    assert mean["outcome"] == "1 of 2 done"
+    assert mean["response_time_s"] == rows[0]["response_time_s"]
+    assert mean_row(rows[1:])["response_time_s"] is None
+
+
+@pytest.mark.parametrize("outcomes", [(DONE, "oscillation"), ("oscillation",)])
+def test_picture_shows_trials_that_ended_early(outcomes):
+    runs = [EdgeRun(20.0, 0.1, TIMES, TIMES, TIMES, TIMES, outcome) for outcome in outcomes]
+    assert len(edge_picture(runs, 0).axes) == 2

@@ -5,6 +5,9 @@ import json
 
 import pytest
 
+from eyehand.apps.touch.roll_trial import roll_once, roll_row
+from eyehand.errors import DeviceError
+
 
 def test_tilted_pad_rolls_flat_twice_and_keeps_contact(tmp_path, run_experiment):
     code, out, _ = run_experiment("roll", "--quick", "--json", "--seed", 2, "--out", tmp_path)
@@ -21,6 +24,15 @@ def test_tilted_pad_rolls_flat_twice_and_keeps_contact(tmp_path, run_experiment)
     assert tilts[0] == pytest.approx(6.0, abs=0.3)
     # The face turns to the other side, and the pad lags behind it.
     assert min(tilts) < -1.0
+
+
+def test_landing_that_ends_early_leaves_the_others():
+    ended = roll_once(0, "harsh")
+    assert ended.run.outcome == "oscillation"
+    row = roll_row([roll_once(2), ended])
+    assert (row["trials"], row["ended_early"], row["outcomes"]) == (1, 1, "oscillation")
+    with pytest.raises(DeviceError, match="all 1 landings ended early: oscillation"):
+        roll_row([ended])
 
 
 @pytest.mark.parametrize("option", [("--trials", 0), ("--seed", -1)])
