@@ -49,6 +49,10 @@ class HandReading:
     touch_fault: str = ""
     """Fault of the sensors, as the driver's `tactile.sensors.SensorMonitor` reports it: stopped,
     repeats old images, or lost tactels. The pick then ends. Empty without one."""
+    touch_time: float | None = None
+    """Time of the newest measurement of touch, s, from any start. None: touch then counts as
+    stopped when its values stay the same while the fingers move. Switches, and sensors with less
+    than 10 measurements a second, need the time."""
 
 
 @dataclass(frozen=True)
@@ -80,6 +84,8 @@ class JawReading:
     """Tactile image of each pad; empty without this sense."""
     touch_fault: str = ""
     """As :attr:`HandReading.touch_fault`."""
+    touch_time: float | None = None
+    """As :attr:`HandReading.touch_time`."""
 
 
 AnyCommand: TypeAlias = HandCommand | JawCommand

@@ -7,9 +7,10 @@ from numpy.typing import NDArray
 
 from .hand_messages import AnyReading, JawReading
 
-REPEAT_SECONDS = 0.1
-"""Time for which touch must not repeat itself while the hand moves, s. No contact does: its forces
-change in every cycle."""
+REPEAT_SECONDS, REPEAT_PERIODS = 0.1, 5
+"""Time for which touch must not repeat itself, s and in its periods; the longer one counts."""
+FIRST_PERIOD = 0.2
+"""Assumed time between two measurements before the second one, s."""
 MIN_MOTION = 1e-7
 """Change of a finger's drive or angle between two cycles that counts as motion, m or rad."""
 
@@ -17,15 +18,17 @@ MIN_MOTION = 1e-7
 class TouchMonitor:
     """Check the readings of a hand, one control cycle after the other.
 
-    A driver whose sensor has stopped repeats the last reading. So a reading that stays the same to
-    the last bit, although something is touched and the fingers move, is a fault. Readings without
-    any touch are equal in working sensors too, and are not judged.
+    A driver whose sensor has stopped repeats the last reading. With the time of a measurement, a
+    time that stays the same is a fault. Without it, a reading that stays the same to the last bit,
+    although something is touched and the fingers move, is one: forces of a contact change in every
+    cycle. Readings without any touch are equal in working sensors too, and are not judged.
     """
 
     def __init__(self) -> None:
         self._last: NDArray[np.float64] | None = None
         self._posture: NDArray[np.float64] | None = None
-        self._repeated = 0.0
+        self._time: float | None = None
+        self._period, self._repeated = FIRST_PERIOD, 0.0
 
     def check(self, reading: AnyReading, dt: float) -> str:
         """Return what is wrong with the touch of a reading, or an empty string.
@@ -43,6 +46,8 @@ class TouchMonitor:
         missing = int(np.count_nonzero(~np.isfinite(forces)))
         if missing:
             return f"{missing} of {len(forces)} pad forces are missing"
+        if reading.touch_time is not None:
+            return self._check_time(reading.touch_time, dt)
         felt = np.concatenate([forces, *(tip.pressures for tip in reading.tips)])
         posture = _posture(reading)
         moved = self._posture is not None and bool(
@@ -57,6 +62,16 @@ class TouchMonitor:
         if self._repeated > REPEAT_SECONDS:
             return f"touch has not changed for {REPEAT_SECONDS:g} s of motion"
         return ""
+
+    def _check_time(self, time: float, dt: float) -> str:
+        """Return what is wrong with the time of a measurement, or an empty string."""
+        if self._time is None or time > self._time:
+            self._period = FIRST_PERIOD if self._time is None else time - self._time
+            self._time, self._repeated = time, 0.0
+        else:
+            self._repeated += dt
+        limit = max(REPEAT_SECONDS, REPEAT_PERIODS * self._period)
+        return f"no measurement of touch for {limit:g} s" if self._repeated > limit else ""
 
 
 def _posture(reading: AnyReading) -> NDArray[np.float64]:

@@ -43,6 +43,24 @@ def test_equal_readings_without_touch_or_motion_are_no_fault(changes):
     assert faults(reading(k, **changes) for k in range(CYCLES)) == {""}
 
 
+@pytest.mark.parametrize("rate", [2.0, 20.0, 1000.0])
+def test_equal_readings_with_new_times_are_no_fault(rate):
+    """A switch reads the same while it is pressed, and a slow sensor repeats itself."""
+    count = int(2.0 / DT)
+    times = [int(k * DT * rate) / rate for k in range(count)]
+    assert faults(replace(reading(k), touch_time=times[k]) for k in range(count)) == {""}
+
+
+@pytest.mark.parametrize(("rate", "limit"), [(2.0, 2.5), (100.0, REPEAT_SECONDS)])
+def test_time_that_stops_is_a_fault_after_some_periods(rate, limit):
+    monitor = TouchMonitor()
+    times = [min(int(k * DT * rate) / rate, 1.0) for k in range(int(5.0 / DT))]
+    found = [monitor.check(replace(reading(moving=False), touch_time=t), DT) for t in times]
+    first = next(k for k, fault in enumerate(found) if fault)
+    assert first * DT == pytest.approx(1.0 + limit, abs=2 * DT)
+    assert found[first] == f"no measurement of touch for {limit:g} s"
+
+
 @pytest.mark.parametrize("one", [reading(), JawReading(0.05)])
 def test_a_fault_that_the_driver_reports_is_one(one):
     assert faults([replace(one, touch_fault="sensor_stopped")]) == {"sensor_stopped"}
