@@ -30,6 +30,9 @@ class PhaseOptions:
     """Pressure that ends the task, Pa. It must be below the saturation of the tactels."""
     force_limit: float = 30.0
     """Force that ends the task, N."""
+    peak_limit: float = float("inf")
+    """Averaged pressure that ends the task, as a multiple of the goal. A low limit protects fragile
+    objects; uneven surfaces and moving objects exceed it sooner."""
     saturated_share: float = 0.25
     """Share of saturated tactels in the contact that ends the task. Beyond it, the measured force
     and pressure are too low for the two other limits."""

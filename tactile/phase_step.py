@@ -30,7 +30,7 @@ SensorFault = Literal["sensor_stopped", "sensor_repeats", "tactels_lost", "senso
 """
 
 Outcome = Literal[
-    "done", "unreachable", "no_contact", "contact_lost", "overload", "oscillation",
+    "done", "unreachable", "no_contact", "contact_lost", "overload", "overshoot", "oscillation",
     "steady_miss", "unsteady_contact", "at_border", "no_resistance",
     "sensor_stopped", "sensor_repeats", "tactels_lost", "sensor_fault",
 ]  # fmt: skip
@@ -41,6 +41,7 @@ Outcome = Literal[
 - no_contact: there was no contact within the limits of time and distance.
 - contact_lost: the contact was lost too often, or was not found again.
 - overload: pressure or force is above its limit, or too many tactels are saturated.
+- overshoot: the averaged pressure is above `PhaseOptions.peak_limit`.
 - oscillation: the pressure oscillates and does not settle. The control loop is close to
   instability, or the object moves.
 - steady_miss: the pressure stays away from the goal.

@@ -274,7 +274,9 @@ class TouchPhases:
     ) -> None:
         """Check that the pressure settles at its goal."""
         goal = self.servo.goal_pressure
-        if self._oscillation.update(self.servo.measured_pressure(features) / goal, dt):
+        if self.servo.filtered[0] > self.options.peak_limit * goal:
+            self._end("overshoot")
+        elif self._oscillation.update(self.servo.measured_pressure(features) / goal, dt):
             self._end(self._oscillation_outcome())
         elif not self.servo.selection.press or (external is not None and external.any()):
             # Without pressure control there is no error to watch. Over an uneven surface, the

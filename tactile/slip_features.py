@@ -9,7 +9,8 @@ last 1 to 4 and 4 to 16 ms. From these come:
 - the energy above 1 ms: vibrations;
 - with a shear array: ratio of tangential to normal force, its change along its direction, how
   well the change of shear fits that of a stuck contact (even) and of a sliding one (like the
-  pressure), and what the shear itself says about sliding cells (:mod:`shear_pattern`).
+  pressure), what the shear itself says about sliding cells (:mod:`shear_pattern`), and how far the
+  face has slid (:mod:`slide_estimate`).
 
 No feature depends on the direction of the load. Lengths are in units near the noise's.
 """
@@ -22,9 +23,10 @@ import numpy as np
 from numba import njit
 
 from .shear_pattern import PATTERN_FEATURES, pattern_features, shear_pattern
+from .slide_estimate import PARTS, SLIDE_FEATURES, SLIDE_TIMES, slide_features
 
 PRESSURE_FEATURES, CHANGE_FEATURES = 15, 13
-SHEAR_FEATURES = CHANGE_FEATURES + 3 * PATTERN_FEATURES
+SHEAR_FEATURES = CHANGE_FEATURES + 3 * PATTERN_FEATURES + SLIDE_FEATURES
 """Number of features of the pressures alone, and further ones of the shear."""
 FEATURES = PRESSURE_FEATURES + SHEAR_FEATURES
 BANDS = 3
@@ -58,6 +60,8 @@ class SlipState:
         Time between two images, s.
     shear_stiffness
         Shear stiffness of the layer, Pa/m; that of a 4 mm layer of a pad for 20 kPa by default.
+    height
+        Height of the layer, m.
     """
 
     def __init__(
@@ -68,15 +72,19 @@ class SlipState:
         noise: float,
         period: float,
         shear_stiffness: float = 3e6,
+        height: float = 0.004,
     ) -> None:
-        self.size, self._stiffness = (rows, columns), shear_stiffness
+        self.size = (rows, columns)
         self.pitch, self.threshold = pitch, CONTACT_SIGMAS * noise
+        self._layer = (self.threshold, pitch, shear_stiffness, height)
         self.shares = np.array(
             [1 - np.exp(-period / t) for t in (*BAND_TIMES, SLOW_TIME, _ENERGY_TIME)]
         )
         self.means = np.zeros((BANDS, CHANNELS, rows, columns))
         self.slow = np.zeros(5)
         self.values = np.zeros(FEATURES)
+        self._slides = np.zeros((len(SLIDE_TIMES) + 1, PARTS, 2))
+        self._slide_shares = np.array([1 - np.exp(-period / t) for t in SLIDE_TIMES])
         self._frame = np.zeros((CHANNELS, rows, columns))
         self._started = False
 
@@ -98,8 +106,13 @@ class SlipState:
         if not self._started:
             self.means[:] = frame
             self._started = True
-        layer = (self.threshold, self.pitch, self._stiffness)
-        slip_features(frame, self.shares, layer, self.means, self.slow, self.values)
+        layer = self._layer
+        slip_features(frame, self.shares, layer[:3], self.means, self.slow, self.values)
+        if shear is not None:
+            contact, slide_values = self.means[BANDS - 1, 0], self.values[-SLIDE_FEATURES:]
+            slide_features(
+                self.means[1], contact, layer, self._slide_shares, self._slides, slide_values
+            )
         return self.values
 
 

@@ -28,7 +28,7 @@ from .dial_chart import ChartWords, DialChart, FrontPlace, Measured, check_chart
 from .dials import DialBoard
 from .experiment import Experiment, ExperimentResult, TrialPlan, result_table, run_experiment
 from .machine import machine_line
-from .stress import StressArguments, StressStage, run_stress
+from .stress import OtherMethod, StressArguments, StressStage, run_stress
 from .sweep import Sweep, SweepStep, Trial, as_sweep
 from .sweep_chart import ReportSpec
 
@@ -42,6 +42,7 @@ __all__ = [
     "Measured",
     "Method",
     "MethodResult",
+    "OtherMethod",
     "Provenance",
     "ReportSpec",
     "StressArguments",

@@ -6,7 +6,7 @@ A stage declares one :class:`StressStage`; its command calls :func:`run_stress`.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated, Any, Generic
 
@@ -46,6 +46,19 @@ class StressArguments:
 
 
 @dataclass(frozen=True)
+class OtherMethod(Generic[Tested]):
+    """A further method that runs the same sweeps: a column of the table, a curve of the chart."""
+
+    name: str
+    """Name of the column and the curve."""
+    method: Tested
+    """The method under test."""
+    holds_to: Mapping[str, float]
+    """Name of a sweep → value up to which the method must not break. Nothing is required of it in
+    the other sweeps."""
+
+
+@dataclass(frozen=True)
 class StressStage(Generic[Tested]):
     """All that one stage's stress command consists of."""
 
@@ -65,6 +78,10 @@ class StressStage(Generic[Tested]):
     """Called once before the first trial, for instance to compile kernels."""
     write_files: Callable[[Path, Sequence[SweepResult]], Sequence[str]] | None = None
     """Write further files into the output folder and return their names."""
+    method_name: str = ""
+    """Name of the method, if there are others."""
+    others: Sequence[OtherMethod[Tested]] = ()
+    """Further methods."""
     members: Mapping[str, Any] = field(default_factory=dict)
     """Further members of the JSON object."""
     schema_version: int = 1
@@ -90,10 +107,7 @@ def run_stress(stage: StressStage[Any], arguments: StressArguments) -> int:
     claim_folder(out)
     if stage.prepare is not None:
         stage.prepare()
-    results = [
-        run_sweep(sweep.shortened() if arguments.quick else sweep, seeds, stage.method)
-        for sweep in tracked(sweeps, "sweeps")
-    ]
+    results = [_run(stage, sweep, seeds, arguments.quick) for sweep in tracked(sweeps, "sweeps")]
     files = stage.write_files(out, results) if stage.write_files else ()
     write_stress_chart(out / CHART_FILES[0], results, stage.report, len(seeds), seeds.start)
     show(_table(results, stage.report), json_wanted=arguments.json)
@@ -117,6 +131,19 @@ def run_stress(stage: StressStage[Any], arguments: StressArguments) -> int:
     return 1 if faults else 0
 
 
+def _run(
+    stage: StressStage[Any], sweep: Sweep[Any], seeds: Sequence[int], quick: bool
+) -> SweepResult:
+    """Run a sweep with all methods."""
+    bounds = [other.holds_to.get(sweep.name) for other in stage.others]
+    used = sweep.shortened(*bounds) if quick else sweep
+    others = tuple(
+        run_sweep(replace(used, holds_to=bound), seeds, other.method, other.name)
+        for other, bound in zip(stage.others, bounds, strict=True)
+    )
+    return replace(run_sweep(used, seeds, stage.method, stage.method_name), others=others)
+
+
 def _seed_range(stage: StressStage[Any], arguments: StressArguments) -> range:
     count = arguments.seeds
     if count is None:
@@ -135,19 +162,26 @@ def _table(results: Sequence[SweepResult], report: ReportSpec) -> Table:
         title_justify="left",
         box=box.SIMPLE_HEAD,
     )
-    numeric = ("breaks at", report.time_column)
+    others = [f"{other.method} breaks at" for other in results[0].others]
+    first = f"{results[0].method} breaks at".strip()
+    numeric = (first, *others, report.time_column)
     for column in ("sweep", "what gets harder", "holds to", *numeric, "what is wrong"):
         table.add_column(column, justify="right" if column in numeric else "left")
     for result in results:
-        sweep, breaks_at = result.sweep, result.breaks_at
+        sweep = result.sweep
         seconds = result.steps[0].median_seconds
         table.add_row(
             sweep.name,
             sweep.axis,
             "" if sweep.holds_to is None else format_value(sweep.holds_to, sweep.unit),
-            "never" if breaks_at is None else format_value(breaks_at, sweep.unit),
+            *(_break(one) for one in (result, *result.others)),
             "" if seconds is None else f"{1e3 * seconds:.0f}",
             result.shown.worst.note,
             style="bold red" if result.faults else None,
         )
     return table
+
+
+def _break(result: SweepResult) -> str:
+    value = result.breaks_at
+    return "never" if value is None else format_value(value, result.sweep.unit)

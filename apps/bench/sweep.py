@@ -80,9 +80,9 @@ class Sweep(Generic[Tested]):
                 f"holds_to of sweep {self.name} must be one of {self.values}, got {self.holds_to}"
             )
 
-    def shortened(self) -> Sweep[Tested]:
-        """Return the sweep with only three values: the easiest, `holds_to` and the hardest."""
-        kept = {self.values[0], self.holds_to, self.values[-1]}
+    def shortened(self, *bounds: float | None) -> Sweep[Tested]:
+        """Return the sweep with few values: the easiest, `holds_to`, `bounds` and the hardest."""
+        kept = {self.values[0], self.holds_to, *bounds, self.values[-1]}
         return replace(self, values=tuple(value for value in self.values if value in kept))
 
     def required_values(self) -> tuple[float, ...]:
@@ -157,6 +157,10 @@ class SweepResult:
     """The sweep."""
     steps: tuple[SweepStep, ...]
     """One step per value, in the order of the values."""
+    method: str = ""
+    """Name of the method under test; empty if the stage tests only one."""
+    others: tuple[SweepResult, ...] = ()
+    """Results of the same sweep with the stage's other methods."""
 
     @property
     def breaks_at(self) -> float | None:
@@ -173,7 +177,7 @@ class SweepResult:
         """One line per value at which the method fails.
 
         Up to `holds_to` it fails if it breaks. At every value it fails if an answer is invalid or
-        a safety rule is violated.
+        a safety rule is violated. Lines of the other methods follow.
         """
         required = self.sweep.required_values()
         lines = []
@@ -181,14 +185,17 @@ class SweepResult:
             unclean = [trial for trial in step.trials if not trial.clean]
             if unclean or (step.below_pass_rate and step.value in required):
                 trial = unclean[0] if unclean else step.worst
-                at = f"{self.sweep.name} at {format_value(step.value, self.sweep.unit)}"
+                name = f"{self.sweep.name}, {self.method}," if self.method else self.sweep.name
+                at = f"{name} at {format_value(step.value, self.sweep.unit)}"
                 passed = sum(trial.passed for trial in step.trials)
                 lines.append(f"{at}: {passed} of {len(step.trials)} right; {trial.note}")
-        return tuple(lines)
+        return (*lines, *(line for other in self.others for line in other.faults))
 
 
-def run_sweep(sweep: Sweep[Tested], seeds: Sequence[int], method: Tested) -> SweepResult:
-    """Run a trial for every value and seed.
+def run_sweep(
+    sweep: Sweep[Tested], seeds: Sequence[int], method: Tested, name: str = ""
+) -> SweepResult:
+    """Run a trial of a method, with its name, for every value and seed.
 
     An exception of the method is a failed and invalid trial. It does not end the sweep.
 
@@ -208,6 +215,7 @@ def run_sweep(sweep: Sweep[Tested], seeds: Sequence[int], method: Tested) -> Swe
             )
             for value in sweep.values
         ),
+        name,
     )
 
 

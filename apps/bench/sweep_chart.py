@@ -20,6 +20,7 @@ from .chart_style import (
     WIDTH,
     Provenance,
     add_footer,
+    draw_curve,
     new_chart,
     write_chart,
 )
@@ -129,7 +130,10 @@ def write_stress_chart(
 
 
 def sweep_rows(results: Sequence[SweepResult]) -> list[dict[str, Any]]:
-    """Return a row per sweep: where it breaks and its bound, in the sweep's unit."""
+    """Return a row per sweep: where it breaks and its bound, in the sweep's unit.
+
+    Where the stage has other methods, their breaks and bounds are columns with their names.
+    """
     return [
         {
             "name": result.sweep.name,
@@ -140,16 +144,26 @@ def sweep_rows(results: Sequence[SweepResult]) -> list[dict[str, Any]]:
             "breaks_at": result.breaks_at,
             "bound_kept": not result.faults,
             "wrong": result.shown.worst.note,
+            **{
+                f"{key}_{other.method}": value
+                for other in result.others
+                for key, value in (
+                    ("holds_to", other.sweep.holds_to),
+                    ("breaks_at", other.breaks_at),
+                    ("wrong", other.shown.worst.note),
+                )
+            },
         }
         for result in results
     ]
 
 
 def point_rows(results: Sequence[SweepResult], report: ReportSpec) -> list[dict[str, Any]]:
-    """Return a row per sweep and value: share of right trials and the stage's own figures."""
+    """Return a row per sweep, method and value: share of right trials and the stage's figures."""
     return [
         {
             "name": result.sweep.name,
+            **({"method": result.method} if result.method else {}),
             "value": step.value,
             "unit": result.sweep.unit,
             "must_hold": step.value in result.sweep.required_values(),
@@ -158,7 +172,8 @@ def point_rows(results: Sequence[SweepResult], report: ReportSpec) -> list[dict[
             **report.figures(step),
             "wrong": step.worst.note,
         }
-        for result in results
+        for first in results
+        for result in (first, *first.others)
         for step in result.steps
     ]
 
@@ -173,6 +188,9 @@ def _draw(
     axes.axvspan(-0.5, held - 0.5, color=GREEN, alpha=0.1, linewidth=0)
     axes.axhline(100 * MIN_PASS_RATE, color=GREY, linewidth=0.7, zorder=1.5)
     report.draw(axes, places, result.steps)
+    for number, other in enumerate(result.others, 1):
+        shares = [100 * step.pass_rate for step in other.steps]
+        draw_curve(axes, places, shares, other.method, number)
     named = [max(held - 1, 0), places[-1], 0, *places]
     broken = None
     if result.breaks_at is not None:

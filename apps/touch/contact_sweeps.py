@@ -43,7 +43,7 @@ PLATE_HALF = (0.02, 0.02, 0.005)
     (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0), holds_to=0.2,
     right="contact found again, pressure reached, flat within 1°",
 )  # fmt: skip
-def _lost(drop: float, seed: int, method: None) -> Trial:
+def _lost(drop: float, seed: int, sensor: SensorModel) -> Trial:
     def lifts(time: float) -> tuple[float]:
         dropped = any(begin < time < begin + DROP_SECONDS for begin in DROP_TIMES)
         return (-1e-3 * drop if dropped else 0.0,)
@@ -52,13 +52,13 @@ def _lost(drop: float, seed: int, method: None) -> Trial:
     height = 0.5 * FACE_SIDE * np.sin(TILT) + 0.001
     pad = CarriedPad(
         (tilted_face(0.0, side=FACE_SIDE),),
-        Electronics(seed),
+        Electronics(seed, sensor),
         place=(0.0, 0.0, height),
         lean=(TILT * np.cos(seed), TILT * np.sin(seed), 0.0),
     )
     return hold_contact(
         pad,
-        servo_phases("roll"),
+        servo_phases("roll", sensor),
         6.0,
         lifts,
         lambda run: _excess_note("tilted by", run.tilt, FLAT),
@@ -71,11 +71,11 @@ def _lost(drop: float, seed: int, method: None) -> Trial:
     "round", "noise, with yaw control over a ball", "counts", NOISES, holds_to=10.0,
     right="rotated by less than 2°",
 )  # fmt: skip
-def _round(noise: float, seed: int, method: None) -> Trial:
-    pad = CarriedPad((_ball(0.0, 0.0),), Electronics(seed, SensorModel(noise=noise)))
+def _round(noise: float, seed: int, sensor: SensorModel) -> Trial:
+    pad = CarriedPad((_ball(0.0, 0.0),), Electronics(seed, replace(sensor, noise=noise)))
     return hold_contact(
         pad,
-        servo_phases("cable"),
+        servo_phases("cable", sensor),
         find_error=lambda run: _excess_note("turned by", run.turned, ROUND_TURN),
     )
 
@@ -84,29 +84,31 @@ def _round(noise: float, seed: int, method: None) -> Trial:
     "right-angle", "noise, with a rod exactly 90° misaligned", "counts", NOISES, holds_to=10.0,
     right="aligned within 3°",
 )  # fmt: skip
-def _right_angle(noise: float, seed: int, method: None) -> Trial:
+def _right_angle(noise: float, seed: int, sensor: SensorModel) -> Trial:
     # Quaternion of 90° about y: the rod lies along x.
     half = np.sqrt(0.5)
     part = Part("capsule", (ROD_RADIUS, ROD_HALF), (0.0, 0.0, -ROD_RADIUS), (half, 0.0, half, 0.0))
-    pad = CarriedPad((TouchObject("rod", (part,)),), Electronics(seed, SensorModel(noise=noise)))
+    pad = CarriedPad(
+        (TouchObject("rod", (part,)),), Electronics(seed, replace(sensor, noise=noise))
+    )
 
     def misaligned(run: ContactFigures) -> str:
         return _excess_note("out of line by", abs(abs(run.heading) - 0.5 * np.pi), IN_LINE)
 
-    return hold_contact(pad, servo_phases("edge"), 5.0, find_error=misaligned)
+    return hold_contact(pad, servo_phases("edge", sensor), 5.0, find_error=misaligned)
 
 
 @as_sweep(
     "border", "distance of the contact from the pad's centre (border at 40)", "mm",
     (0.0, 20.0, 30.0, 33.0, 36.0, 38.0, 40.0, 42.0, 45.0), holds_to=30.0, right=CALM_CONTACT,
 )  # fmt: skip
-def _border(distance_mm: float, seed: int, method: None) -> Trial:
+def _border(distance_mm: float, seed: int, sensor: SensorModel) -> Trial:
     angle = 0.25 * np.pi * (seed % 8)
     # The distance is the larger of |x| and |y|, because it decides how near the border is.
     place = 1e-3 * distance_mm * np.array([np.cos(angle), np.sin(angle)])
     place *= distance_mm * 1e-3 / max(np.abs(place).max(), 1e-9)
     return hold_contact(
-        CarriedPad((_ball(*place),), Electronics(seed)), servo_phases("press"), 12.0
+        CarriedPad((_ball(*place),), Electronics(seed, sensor)), servo_phases("press", sensor), 12.0
     )
 
 
@@ -114,7 +116,7 @@ def _border(distance_mm: float, seed: int, method: None) -> Trial:
     "blobs", "height difference of two blobs that alternate 4 times per second", "mm",
     (0.0, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0), holds_to=None, right=CALM_CONTACT,
 )  # fmt: skip
-def _blobs(lift: float, seed: int, method: None) -> Trial:
+def _blobs(lift: float, seed: int, sensor: SensorModel) -> Trial:
     def lifts(time: float) -> tuple[float, float]:
         up = 0.5e-3 * lift * np.sin(np.pi * SWAP_HERTZ * time + seed)
         return up, -up
@@ -124,7 +126,9 @@ def _blobs(lift: float, seed: int, method: None) -> Trial:
         TouchObject(name, (replace(single, place=(x, 0.0, single.place[2])),))
         for name, x in (("left", -0.5 * BLOB_DISTANCE), ("right", 0.5 * BLOB_DISTANCE))
     )
-    return hold_contact(CarriedPad(blobs, Electronics(seed)), servo_phases("press"), lifts=lifts)
+    return hold_contact(
+        CarriedPad(blobs, Electronics(seed, sensor)), servo_phases("press", sensor), lifts=lifts
+    )
 
 
 # The pad retreats at no more than 50 mm/s, so faster objects are not tested.
@@ -132,14 +136,17 @@ def _blobs(lift: float, seed: int, method: None) -> Trial:
     "coming", "speed of a box that moves towards the pad without stopping", "mm/s",
     (2.0, 5.0, 8.0, 10.0, 12.0, 15.0, 20.0, 30.0, 40.0), holds_to=8.0, right=CALM_CONTACT,
 )  # fmt: skip
-def _coming(speed: float, seed: int, method: None) -> Trial:
+def _coming(speed: float, seed: int, sensor: SensorModel) -> Trial:
     def lifts(time: float) -> tuple[float]:
         # The object accelerates for one second, as an arm or a belt does.
         elapsed = max(time - MOTION_START, 0.0)
         return (1e-3 * speed * (0.5 * elapsed * elapsed if elapsed < 1.0 else elapsed - 0.5),)
 
     return hold_contact(
-        CarriedPad((toy_box(),), Electronics(seed)), servo_phases("press"), 5.0, lifts
+        CarriedPad((toy_box(),), Electronics(seed, sensor)),
+        servo_phases("press", sensor),
+        5.0,
+        lifts,
     )
 
 
@@ -147,10 +154,10 @@ def _coming(speed: float, seed: int, method: None) -> Trial:
     "light", "mass of a free flat object on a table", "g",
     (200.0, 100.0, 50.0, 20.0, 10.0, 5.0, 2.0, 1.0), holds_to=5.0, right=CALM_CONTACT,
 )  # fmt: skip
-def _light(mass: float, seed: int, method: None) -> Trial:
+def _light(mass: float, seed: int, sensor: SensorModel) -> Trial:
     plate = TouchObject("plate", (Part("box", PLATE_HALF, (0.0, 0.0, -PLATE_HALF[2])),))
-    pad = CarriedPad((plate,), Electronics(seed), mass=1e-3 * mass)
-    return hold_contact(pad, servo_phases("track"))
+    pad = CarriedPad((plate,), Electronics(seed, sensor), mass=1e-3 * mass)
+    return hold_contact(pad, servo_phases("track", sensor))
 
 
 def _ball(x: float, y: float) -> TouchObject:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from eyehand.data_synth.pad import TouchObject, pen, soft_ball, toy_box
+from eyehand.data_synth.pad import SensorModel, TouchObject, pen, soft_ball, toy_box
 from eyehand.tactile import PhaseOptions, TouchPhases
 
 from ..bench import Sweep, Trial, as_sweep
@@ -20,7 +20,7 @@ START_HEIGHT = 0.012
 """Initial height of the pad, m. A fast approach reaches its speed within it."""
 
 
-def gain_sweeps() -> tuple[Sweep[None], ...]:
+def gain_sweeps() -> tuple[Sweep[SensorModel], ...]:
     """Return the sweeps over gains and landing speeds, for each object."""
     objects = {"pen": pen, "box": toy_box, "ball": soft_ball}
     gains = [_gain_sweep(name, make_object) for name, make_object in objects.items()]
@@ -32,21 +32,21 @@ def gain_sweeps() -> tuple[Sweep[None], ...]:
     return (*gains, *landings)
 
 
-def _gain_sweep(name: str, make_object: Callable[[], TouchObject]) -> Sweep[None]:
+def _gain_sweep(name: str, make_object: Callable[[], TouchObject]) -> Sweep[SensorModel]:
     @as_sweep(
         f"gain-{name}", "press gain as a fraction of the stability limit", "",
         (0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 2.0, 4.0), holds_to=0.5, right=CALM_CONTACT,
     )  # fmt: skip
-    def attempt(share: float, seed: int, method: None) -> Trial:
-        phases = servo_phases("track", stability_share=share, press_gain=UNCAPPED)
-        return hold_contact(CarriedPad((make_object(),), Electronics(seed)), phases)
+    def attempt(share: float, seed: int, sensor: SensorModel) -> Trial:
+        phases = servo_phases("track", sensor, stability_share=share, press_gain=UNCAPPED)
+        return hold_contact(CarriedPad((make_object(),), Electronics(seed, sensor)), phases)
 
     return attempt
 
 
 def _landing_sweep(
     name: str, make_object: Callable[[], TouchObject], anti_windup: bool
-) -> Sweep[None]:
+) -> Sweep[SensorModel]:
     @as_sweep(
         f"landing-{name}{'' if anti_windup else '-windup'}",
         f"landing speed {'with' if anti_windup else 'without'} anti-windup", "mm/s",
@@ -54,10 +54,12 @@ def _landing_sweep(
         # Without anti-windup the peak is too high from the slowest landing on.
         holds_to=LANDING_SPEEDS[name] if anti_windup else None,
     )  # fmt: skip
-    def attempt(speed: float, seed: int, method: None) -> Trial:
-        servo = servo_phases("track", anti_windup=anti_windup).servo
+    def attempt(speed: float, seed: int, sensor: SensorModel) -> Trial:
+        servo = servo_phases("track", sensor, anti_windup=anti_windup).servo
         phases = TouchPhases(servo, PhaseOptions(approach_speed=1e-3 * speed))
-        pad = CarriedPad((make_object(),), Electronics(seed), place=(0.0, 0.0, START_HEIGHT))
+        pad = CarriedPad(
+            (make_object(),), Electronics(seed, sensor), place=(0.0, 0.0, START_HEIGHT)
+        )
         return hold_contact(pad, phases, 4.0)
 
     return attempt

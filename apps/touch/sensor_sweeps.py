@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
-from eyehand.data_synth.pad import SENSORS, SensorModel, pen, soft_ball, toy_box
+from eyehand.data_synth.pad import SensorModel, pen, soft_ball, toy_box
 from eyehand.errors import InputError
 from eyehand.tactile import FeatureOptions
 
 from ..bench import Sweep, Trial, as_sweep
-from .stress_trial import CALM_CONTACT, commissioned_phases, hold_contact, servo_phases
+from .stress_trial import CALM_CONTACT, hold_contact, servo_phases
 from .stress_world import START_HEIGHT, CarriedPad, Electronics
 
 FAULTS = (0.0, 2.0, 5.0, 10.0, 15.0, 20.0, 24.0, 26.0, 30.0, 50.0, 75.0, 95.0, 100.0)
@@ -22,22 +24,21 @@ working tactel cannot be calibrated."""
     "", (6.0, 4.0, 3.0, 2.5, 2.0, 1.5, 1.0, 0.5), holds_to=4.0,
     right=f"{CALM_CONTACT} on a pen",
 )  # fmt: skip
-def _threshold(sigmas: float, seed: int, method: None) -> Trial:
-    pad = CarriedPad((pen(),), Electronics(seed), features=FeatureOptions(sigmas=sigmas))
-    return hold_contact(pad, servo_phases("track"))
+def _threshold(sigmas: float, seed: int, sensor: SensorModel) -> Trial:
+    pad = CarriedPad((pen(),), Electronics(seed, sensor), features=FeatureOptions(sigmas=sigmas))
+    return hold_contact(pad, servo_phases("track", sensor))
 
 
-def _fault_sweep(fault: str, axis: str) -> Sweep[None]:
+def _fault_sweep(fault: str, axis: str) -> Sweep[SensorModel]:
     @as_sweep(fault, axis, "%", FAULTS, holds_to=5.0, right=f"{CALM_CONTACT} on a soft ball")
-    def attempt(percent: float, seed: int, method: None) -> Trial:
+    def attempt(percent: float, seed: int, sensor: SensorModel) -> Trial:
         try:
-            pad = CarriedPad(
-                (soft_ball(),), Electronics(seed, SensorModel(**{fault: 0.01 * percent}))
-            )
+            faulty = replace(sensor, **{fault: 0.01 * percent})
+            pad = CarriedPad((soft_ball(),), Electronics(seed, faulty))
         except InputError as error:
             # The pad is rejected before any motion: `0 of 256 tactels work`.
             return Trial(passed=False, refused=True, note=str(error).split(":")[0])
-        return hold_contact(pad, servo_phases("track"))
+        return hold_contact(pad, servo_phases("track", sensor))
 
     return attempt
 
@@ -62,19 +63,17 @@ OFFSET = 0.008
 """Distance of the box from the middle of the pad, m."""
 DEAD_ROWS = (0.0, 1.0, 2.0, 3.0, 4.0, 6.0, 8.0)
 """Numbers of dead rows of 16. A loose flat cable makes them. The pad is rejected from 5 rows on."""
-SENSOR_NAMES = ("good", "real", "harsh")
-"""Sensor models that the sweep `sensors` compares, as values 1, 2 and 3."""
 
 
-def _imperfection_sweep(name: str) -> Sweep[None]:
+def _imperfection_sweep(name: str) -> Sweep[SensorModel]:
     axis, unit, factor, values, bound = IMPERFECTIONS[name]
 
     @as_sweep(name.replace("_", "-"), axis, unit, values, holds_to=bound,
               right=f"{CALM_CONTACT} on a pen")  # fmt: skip
-    def attempt(value: float, seed: int, method: None) -> Trial:
-        electronics = Electronics(seed, SensorModel(**{name: factor * value}))
-        pad = CarriedPad((pen(),), electronics)
-        return hold_contact(pad, commissioned_phases(electronics), SENSOR_SECONDS)
+    def attempt(value: float, seed: int, sensor: SensorModel) -> Trial:
+        worse = replace(sensor, **{name: factor * value})
+        pad = CarriedPad((pen(),), Electronics(seed, worse))
+        return hold_contact(pad, servo_phases("track", worse), SENSOR_SECONDS)
 
     return attempt
 
@@ -83,46 +82,35 @@ def _imperfection_sweep(name: str) -> Sweep[None]:
     "backlash", "free play of the carrier along the pad's normal", "mm",
     (0.0, 0.01, 0.03, 0.1, 0.3), holds_to=0.03, right=f"{CALM_CONTACT} on a pen",
 )  # fmt: skip
-def _backlash(play: float, seed: int, method: None) -> Trial:
-    pad = CarriedPad((pen(),), Electronics(seed), play=1e-3 * play)
-    return hold_contact(pad, servo_phases("track"))
+def _backlash(play: float, seed: int, sensor: SensorModel) -> Trial:
+    pad = CarriedPad((pen(),), Electronics(seed, sensor), play=1e-3 * play)
+    return hold_contact(pad, servo_phases("track", sensor))
 
 
 @as_sweep(
     "friction", "static friction of a plate that the pad slides on, with shear", "",
     (0.0, 0.3, 0.6, 1.0, 1.5), holds_to=1.0, right=f"{CALM_CONTACT} on a box off the centre",
 )  # fmt: skip
-def _friction(friction: float, seed: int, method: None) -> Trial:
-    electronics = Electronics(seed, SensorModel(shear=1.0))
-    pad = CarriedPad(
-        (toy_box(),), electronics, place=(OFFSET, 0.0, START_HEIGHT), friction=friction
-    )
-    return hold_contact(pad, commissioned_phases(electronics))
+def _friction(friction: float, seed: int, sensor: SensorModel) -> Trial:
+    sheared = replace(sensor, shear=1.0)
+    place = (OFFSET, 0.0, START_HEIGHT)
+    pad = CarriedPad((toy_box(),), Electronics(seed, sheared), place=place, friction=friction)
+    return hold_contact(pad, servo_phases("track", sheared))
 
 
 @as_sweep(
     "dead-rows", "dead rows of 16", "", DEAD_ROWS, holds_to=1.0,
     right=f"{CALM_CONTACT} on a soft ball",
 )  # fmt: skip
-def _dead_rows(rows: float, seed: int, method: None) -> Trial:
+def _dead_rows(rows: float, seed: int, sensor: SensorModel) -> Trial:
     first = np.random.default_rng(seed).permutation(16)[: int(rows)]
     dead = tuple((16 * first[:, None] + np.arange(16)).ravel().tolist())
-    pad = CarriedPad((soft_ball(),), Electronics(seed, dead=dead))
-    return hold_contact(pad, servo_phases("track"))
-
-
-@as_sweep(
-    "sensors", "sensor model: 1 good, 2 real, 3 harsh", "", (1.0, 2.0, 3.0), holds_to=2.0,
-    right=f"{CALM_CONTACT} on a pen",
-)  # fmt: skip
-def _sensors(number: float, seed: int, method: None) -> Trial:
-    electronics = Electronics(seed, SENSORS[SENSOR_NAMES[int(number) - 1]])
-    return hold_contact(CarriedPad((pen(),), electronics), commissioned_phases(electronics))
+    pad = CarriedPad((soft_ball(),), Electronics(seed, sensor, dead))
+    return hold_contact(pad, servo_phases("track", sensor))
 
 
 SENSOR_SWEEPS = (
     _threshold,
-    _sensors,
     *(_imperfection_sweep(name) for name in IMPERFECTIONS),
     _backlash,
     _friction,

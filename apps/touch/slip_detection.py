@@ -20,15 +20,15 @@ if TYPE_CHECKING:
 
 SLIP_SLIDE = 1e-4
 """True slide from which a trial counts as slip, m."""
-LONG_SLIDE = 5e-4
-"""True slide of a slip that does not end by itself at once, m."""
+CLEAR_SLIDE, LONG_SLIDE = 2e-4, 5e-4
+"""True slides of slips that are reported apart, m: shorter ones often end by themselves."""
 FIRST_SLIDE = 1e-5
 """True slide from which an alarm is no longer early, m."""
 EARLY, LATE = 0.01, 0.05
 """Time before the first slide, and after `SLIP_SLIDE`, within which an alarm counts, s."""
 FALSE_SHARE = 0.01
 """Share of the trials without slip in which an alarm is allowed."""
-_RECENT, _CALM_SLIDE, _RECENT_SLIDE = 7, 2e-5, 5e-5
+_RECENT, _CALM_SLIDE, _RECENT_SLIDE = 24, 2e-5, 8e-5
 """A judgement is one of slip if the face has slid the second distance, m, within so many
 judgements, and one of no slip below the first one. Those in between are not trained on."""
 _LAST_SLIDE = 1.5e-3
@@ -150,13 +150,17 @@ def judge_alarms(
 def detection_row(trials: Sequence[SlipTrial], alarms: Alarms) -> dict[str, Any]:
     """Return rates (%), latencies (ms) and slides (mm) as one row; None where there is none."""
     slips = np.array([has_slip(trial) for trial in trials])
-    long = np.array([trial.slide[-1] > LONG_SLIDE for trial in trials])
+    final = np.array([trial.slide[-1] for trial in trials])
+    clear, long = final > CLEAR_SLIDE, final > LONG_SLIDE
     knocks = ~slips & np.array([trial.event in ("knock", "acceleration") for trial in trials])
     times, slides = 1e3 * alarms.latency, 1e3 * alarms.slide
     return {
         "slips": int(slips.sum()),
         "calm": int((~slips).sum()),
         "detected_pct": _percentage(alarms.detected[slips]),
+        "clear_slips": int(clear.sum()),
+        "clear_detected_pct": _percentage(alarms.detected[clear]),
+        "long_slips": int(long.sum()),
         "long_detected_pct": _percentage(alarms.detected[long]),
         "false_pct": _percentage(alarms.alarmed[~slips]),
         "knocks": int(knocks.sum()),

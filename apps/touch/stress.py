@@ -4,7 +4,17 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from ..bench import ReportSpec, StressArguments, StressStage, Sweep, SweepStep, run_stress
+from eyehand.data_synth.pad import SENSORS
+
+from ..bench import (
+    OtherMethod,
+    ReportSpec,
+    StressArguments,
+    StressStage,
+    Sweep,
+    SweepStep,
+    run_stress,
+)
 from ..bench.chart_style import GREY, VERMILION, draw_curve
 from ..bench.shares import draw_bars, refused_pct, share_pct, worst
 from .contact_sweeps import CONTACT_SWEEPS
@@ -17,39 +27,49 @@ if TYPE_CHECKING:
 
     from matplotlib.axes import Axes
 
+    from eyehand.data_synth.pad import SensorModel
+
 
 DIGITS = 4
 """Significant digits of measured figures."""
+FIRST = "good"
+"""The sensor model that the bounds of the sweeps hold for."""
+HOLDS_TO: dict[str, dict[str, float]] = {"real": {}, "harsh": {}}
+"""The other sensor models: sweep → value up to which contacts must hold."""
 
 
 def stress_touch(arguments: StressArguments | None = None) -> int:
     """Make contacts harder step by step until the tactile servo breaks, and chart where.
 
-    Runs 8 trials at each value, or 1 with --quick. The sweeps cover gains past the limit, fast
-    landings with and without anti-windup, contacts lost while rolling, round contacts with yaw
-    control on, rods exactly across, contacts at the border, blobs that swap, objects that move
-    towards the pad, light objects, thresholds within the noise, and dead and saturated tactels.
-    Past its limit each trial must end in a named outcome with the pad backed off. A growing force
-    violates that, and so does a pad that still presses afterwards. Exit code 1: a bound is
-    violated. Writes stress.png and stress.csv.
+    Runs 8 trials at each value, or 1 with --quick, with each of the sensor models good, real and
+    harsh. One press before a trial shows the servo the delay and the lag. The sweeps cover gains
+    past the limit, fast landings with and without anti-windup, contacts lost while rolling, round
+    contacts with yaw control on, rods exactly across, contacts at the border, blobs that swap,
+    objects that move towards the pad, light objects, thresholds within the noise, delay, lag,
+    hysteresis, creep, drift, shear and friction, and dead and saturated tactels. Past its limit
+    each trial must end in a named outcome with the pad backed off. A growing force violates that,
+    and so does a pad that still presses afterwards. Exit code 1: a bound is violated. Writes
+    stress.png and stress.csv.
     """
     return run_stress(touch_stage(), arguments or StressArguments())
 
 
-def touch_sweeps() -> tuple[Sweep[None], ...]:
+def touch_sweeps() -> tuple[Sweep[SensorModel], ...]:
     """Return all sweeps, in reading order."""
     return (*gain_sweeps(), *CONTACT_SWEEPS, *SENSOR_SWEEPS)
 
 
-def touch_stage() -> StressStage[None]:
+def touch_stage() -> StressStage[SensorModel]:
     """Return the stress stage of tactile servoing."""
     return StressStage(
         name="touch",
         sweeps=touch_sweeps(),
-        method=None,
+        method=SENSORS[FIRST],
+        method_name=FIRST,
+        others=[OtherMethod(name, SENSORS[name], bounds) for name, bounds in HOLDS_TO.items()],
         report=ReportSpec(
             title="Where the tactile servo breaks",
-            subtitle="Share of contacts that are held as required",
+            subtitle=f"Share of contacts held as required with three sensor models; bars: {FIRST}",
             data="simulated 16 x 16 pad on a carrier with an arm's lag, default options",
             case_name="trial",
             figures=_figures,
@@ -85,4 +105,4 @@ def _draw(axes: Axes, places: Sequence[float], steps: Sequence[SweepStep]) -> No
     unnamed = [_unnamed_pct(step) for step in steps]
     draw_bars(axes, places, named, "named outcome, backed off", GREY, 0.45)
     draw_bars(axes, places, unnamed, "missed without an outcome", VERMILION, 0.6, named)
-    draw_curve(axes, places, [100 * step.pass_rate for step in steps], "held")
+    draw_curve(axes, places, [100 * step.pass_rate for step in steps], FIRST)

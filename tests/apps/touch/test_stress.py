@@ -12,6 +12,7 @@ from eyehand.apps.bench import StressArguments
 from eyehand.apps.bench.sweep import select_sweeps
 from eyehand.apps.touch.stress import stress_touch, touch_sweeps
 from eyehand.apps.touch.stress_trial import ContactFigures, evaluate_contact
+from eyehand.data_synth.pad import SENSORS
 
 QUIET = ContactFigures(None, False, 2.0, 0.0, 1.0, 1000.0, 1000.0, 10.0, 0.0, 0.0, 0.0, 0)
 
@@ -24,7 +25,7 @@ QUIET = ContactFigures(None, False, 2.0, 0.0, 1.0, 1000.0, 1000.0, 10.0, 0.0, 0.
 )  # fmt: skip
 def test_contact_is_held_within_bounds(name, value):
     (sweep,) = select_sweeps(touch_sweeps(), (name,))
-    trial = sweep.attempt(value, 0, None)
+    trial = sweep.attempt(value, 0, SENSORS["good"])
     assert trial.passed, trial.note
 
 
@@ -38,7 +39,7 @@ def test_contact_is_held_within_bounds(name, value):
 )  # fmt: skip
 def test_failure_beyond_limit_has_outcome_and_pad_retracts(name, value, outcome):
     (sweep,) = select_sweeps(touch_sweeps(), (name,))
-    trial = sweep.attempt(value, 0, None)
+    trial = sweep.attempt(value, 0, SENSORS["good"])
     assert isinstance(trial.picture, ContactFigures)
     assert trial.picture.outcome == outcome
     assert trial.picture.ended
@@ -49,7 +50,7 @@ def test_failure_beyond_limit_has_outcome_and_pad_retracts(name, value, outcome)
 @pytest.mark.parametrize("name", ["dead", "saturated"])
 def test_pad_without_working_tactel_is_rejected_before_motion(name):
     (sweep,) = select_sweeps(touch_sweeps(), (name,))
-    trial = sweep.attempt(100.0, 0, None)
+    trial = sweep.attempt(100.0, 0, SENSORS["good"])
     assert (trial.passed, trial.refused, trial.clean) == (False, True, True)
     assert trial.note == "0 of 256 tactels work"
 
