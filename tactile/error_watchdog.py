@@ -32,6 +32,8 @@ class ErrorWatchdog:
 
     def reset(self) -> None:
         """Clear all periods."""
+        self.settled = False
+        """Whether the last period was good."""
         self._last_mean = self._last_deviation = 0.0
         self._misses = self._oscillations = 0
         self._start_period()
@@ -60,6 +62,7 @@ class ErrorWatchdog:
         sustained = _no_better(deviation, self._last_deviation)
         self._oscillations = _successive(self._oscillations, deviation > MAX_DEVIATION, sustained)
         self._last_mean, self._last_deviation = mean, deviation
+        self.settled = abs(mean) <= MAX_MEAN and deviation <= MAX_DEVIATION
         self._start_period()
         if self._oscillations >= FAULT_PERIODS:
             return "oscillation"

@@ -41,7 +41,7 @@ Outcome = Literal[
 - no_contact: there was no contact within the limits of time and distance.
 - contact_lost: the contact was lost too often, or was not found again.
 - overload: pressure or force is above its limit, or too many tactels are saturated.
-- overshoot: the averaged pressure is above `PhaseOptions.peak_limit`.
+- overshoot: the pressure has settled, but its peak was above `PhaseOptions.peak_limit`.
 - oscillation: the pressure oscillates and does not settle. The control loop is close to
   instability, or the object moves.
 - steady_miss: the pressure stays away from the goal.

@@ -76,11 +76,17 @@ class TouchPhases:
         The servo, with the goal and the selection matrix of the task.
     options
         Speeds, time limits and safety limits.
+
+    Raises
+    ------
+    InputError
+        If the approach is too fast for the servo's delay (`PhaseOptions.check_delay`).
     """
 
     def __init__(self, servo: TactileServo, options: PhaseOptions | None = None) -> None:
         self.servo = servo
         self.options = options or PhaseOptions()
+        self.options.check_delay(servo.options.latency / servo.options.rate + servo.options.arm_lag)
         self._oscillation = OscillationDetector()
         self._watchdog = ErrorWatchdog()
         self.phase: Phase = "move"
@@ -88,7 +94,7 @@ class TouchPhases:
         self._clock = self._task_time = 0.0
         self._phase_time = self._travel = self._clear_travel = 0.0
         self._touch_cycles = self._overload_cycles = 0
-        self._lost_for = self._pushed = self._border_time = 0.0
+        self._lost_for = self._pushed = self._border_time = self._peak = 0.0
         self._losses = 0
         self._jumps: deque[float] = deque(maxlen=UNSTEADY_JUMPS)
         self._last_jump = -math.inf
@@ -209,6 +215,7 @@ class TouchPhases:
         self._watchdog.reset()
         self._lost_for = self._pushed = self._border_time = 0.0
         self._centre, self._near_goal, self._last_jump = None, False, -math.inf
+        self._peak = 0.0
 
     # Checks ----------------------------------------------------------------------------------
 
@@ -274,9 +281,8 @@ class TouchPhases:
     ) -> None:
         """Check that the pressure settles at its goal."""
         goal = self.servo.goal_pressure
-        if self.servo.filtered[0] > self.options.peak_limit * goal:
-            self._end("overshoot")
-        elif self._oscillation.update(self.servo.measured_pressure(features) / goal, dt):
+        self._peak = max(self._peak, self.servo.filtered[0] / goal)
+        if self._oscillation.update(self.servo.measured_pressure(features) / goal, dt):
             self._end(self._oscillation_outcome())
         elif not self.servo.selection.press or (external is not None and external.any()):
             # Without pressure control there is no error to watch. Over an uneven surface, the
@@ -287,6 +293,8 @@ class TouchPhases:
             outcome = self._watchdog.update(self.servo.filtered[0] / goal - 1.0, dt)
             if outcome is not None:
                 self._end(self._oscillation_outcome() if outcome == "oscillation" else outcome)
+            elif self._watchdog.settled and self._peak > self.options.peak_limit:
+                self._end("overshoot")
 
     def _oscillation_outcome(self) -> Outcome:
         """Return the cause of an oscillation: alternating contacts, noise, or the loop."""

@@ -107,7 +107,9 @@ def run_stress(stage: StressStage[Any], arguments: StressArguments) -> int:
     claim_folder(out)
     if stage.prepare is not None:
         stage.prepare()
-    results = [_run(stage, sweep, seeds, arguments.quick) for sweep in tracked(sweeps, "sweeps")]
+    results = [
+        run_methods(stage, sweep, seeds, arguments.quick) for sweep in tracked(sweeps, "sweeps")
+    ]
     files = stage.write_files(out, results) if stage.write_files else ()
     write_stress_chart(out / CHART_FILES[0], results, stage.report, len(seeds), seeds.start)
     show(_table(results, stage.report), json_wanted=arguments.json)
@@ -131,10 +133,10 @@ def run_stress(stage: StressStage[Any], arguments: StressArguments) -> int:
     return 1 if faults else 0
 
 
-def _run(
+def run_methods(
     stage: StressStage[Any], sweep: Sweep[Any], seeds: Sequence[int], quick: bool
 ) -> SweepResult:
-    """Run a sweep with all methods."""
+    """Run a sweep with all methods of a stage; `quick` shortens it."""
     bounds = [other.holds_to.get(sweep.name) for other in stage.others]
     used = sweep.shortened(*bounds) if quick else sweep
     others = tuple(

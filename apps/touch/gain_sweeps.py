@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from eyehand.data_synth.pad import SensorModel, TouchObject, pen, soft_ball, toy_box
+from eyehand.errors import InputError
 from eyehand.tactile import PhaseOptions, TouchPhases
 
 from ..bench import Sweep, Trial, as_sweep
 from .stress_trial import CALM_CONTACT, hold_contact, servo_phases
-from .stress_world import CarriedPad, Electronics
+from .stress_world import CYCLE, LAG, CarriedPad, Electronics
 
 UNCAPPED = 1e3
 """Press gain far above the stability limit, 1/s. The loop gain is then the chosen fraction of the
@@ -38,7 +39,10 @@ def _gain_sweep(name: str, make_object: Callable[[], TouchObject]) -> Sweep[Sens
         (0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 2.0, 4.0), holds_to=0.5, right=CALM_CONTACT,
     )  # fmt: skip
     def attempt(share: float, seed: int, sensor: SensorModel) -> Trial:
-        phases = servo_phases("track", sensor, stability_share=share, press_gain=UNCAPPED)
+        # The share refers to the true limit, so the servo has the true delay and lags here.
+        timing = {"latency": 1 + round(sensor.wait / CYCLE), "arm_lag": LAG + sensor.lag}
+        gains = {"stability_share": share, "press_gain": UNCAPPED}
+        phases = servo_phases("track", sensor, **timing, **gains)
         return hold_contact(CarriedPad((make_object(),), Electronics(seed, sensor)), phases)
 
     return attempt
@@ -56,7 +60,10 @@ def _landing_sweep(
     )  # fmt: skip
     def attempt(speed: float, seed: int, sensor: SensorModel) -> Trial:
         servo = servo_phases("track", sensor, anti_windup=anti_windup).servo
-        phases = TouchPhases(servo, PhaseOptions(approach_speed=1e-3 * speed))
+        try:
+            phases = TouchPhases(servo, PhaseOptions(approach_speed=1e-3 * speed))
+        except InputError as error:
+            return Trial(passed=False, refused=True, note=str(error).split(",")[0])
         pad = CarriedPad(
             (make_object(),), Electronics(seed, sensor), place=(0.0, 0.0, START_HEIGHT)
         )

@@ -81,8 +81,9 @@ def measure_simulated(plan: TrialPlan, sensor: SensorName = "good") -> Experimen
         ],
         title=f"simulated slip of unseen objects, with false alarms in "
         f"{100 * FALSE_SHARE:.0f} % of the trials without slip",
-        caption="over: of the slips with a longer final slide; knocks: knocks and accelerations without slip that raise an alarm; latency: after "
-        "0.1 mm of true slide, negative before it; level of left-out kinds: detected and false "
+        caption="over: of the slips with a longer final slide; knocks: knocks and accelerations "
+        "without slip that raise an alarm; latency: after 0.1 mm of true slide, negative before "
+        "it; level of left-out kinds: detected and false "
         "alarms with the level that holds for the trained kinds, each left out once",
     )
     footer = plan.provenance(f"{len(EVENTS)} events, {', '.join(TEST_SHAPES)}; sensor {sensor}")

@@ -138,15 +138,10 @@ def servo_phases(preset: str, sensor: SensorModel, **options: Any) -> TouchPhase
     sensor
         The servo has the timing that a press of this sensor shows.
     options
-        Further options of the servo.
-
-    Raises
-    ------
-    InputError
-        If the press shows no timing that can be trusted.
+        Further options of the servo; a given timing replaces that of the press.
     """
     timing = _timing(sensor)
-    servo = ServoOptions(latency=timing.latency, arm_lag=timing.lag, **options)
+    servo = ServoOptions(**({"latency": timing.latency, "arm_lag": timing.lag} | options))
     return TouchPhases(TactileServo(selection=PRESETS[preset], options=servo))
 
 

@@ -64,6 +64,22 @@ def test_task_runs_for_its_time_and_pad_retreats(name):
     assert peak < 8.0
 
 
+def test_peak_above_its_limit_is_named_and_the_pad_retreats():
+    options = replace(OPTIONS, peak_limit=1.02)
+    world, machine = make_world("ball"), TouchPhases(TactileServo(), options)
+    phases, _ = run_phases(world, machine)
+    assert phases == ["hold", "task", "back_off", "ended"]
+    assert machine.outcome == "overshoot"
+    assert world.force() == 0.0
+
+
+def test_approach_that_is_too_fast_for_the_delay_is_refused():
+    slow_sensor = TactileServo(options=ServoOptions(latency=6, arm_lag=0.035))
+    TouchPhases(slow_sensor, PhaseOptions(approach_speed=0.13))
+    with pytest.raises(InputError, match=r"<= 0.136 m/s, because .* after 59 ms, got 0.2"):
+        TouchPhases(slow_sensor, PhaseOptions(approach_speed=0.2))
+
+
 def test_pad_descends_only_after_caller_reached_work_area():
     machine = TouchPhases(TactileServo(), OPTIONS)
     for _ in range(10):

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from eyehand.apps.bench import sweep_chart as sweep_chart
+from eyehand.apps.bench.stress import OtherMethod, StressStage, run_methods
 from eyehand.apps.bench.sweep import (
     Sweep,
     SweepResult,
@@ -159,6 +160,31 @@ def test_rows_hold_break_points_and_shares():
         "segment_ms": 100.0,
         "wrong": "wrong",
     }
+
+
+def test_other_methods_are_columns_and_have_bounds_of_their_own():
+    def attempt(value: float, seed: int, limit: float) -> Trial:
+        return Trial(value < limit, "" if value < limit else "wrong")
+
+    stage = StressStage(
+        "made-up",
+        [],
+        3.0,
+        segmentation_stage().report,
+        1,
+        1,
+        method_name="strong",
+        others=[OtherMethod("weak", 1.0, {"made-up": 1}), OtherMethod("free", 0.0, {})],
+    )
+    result = run_methods(stage, sweep(attempt, holds_to=2), [0, 1], quick=False)
+    (row,) = sweep_rows([result])
+    assert (row["breaks_at"], row["breaks_at_weak"], row["breaks_at_free"]) == (3, 1, 0)
+    assert (row["holds_to"], row["holds_to_weak"], row["holds_to_free"]) == (2, 1, None)
+    assert result.faults == ("made-up, weak, at 1 mm: 0 of 2 right; wrong",)
+    points = point_rows([result], stage.report)
+    assert [point["method"] for point in points] == 4 * ["strong"] + 4 * ["weak"] + 4 * ["free"]
+    quick = run_methods(stage, sweep(attempt, holds_to=2), [0], quick=True)
+    assert quick.sweep.values == (0, 1, 2, 3)
 
 
 def test_writes_chart_and_table(tmp_path):

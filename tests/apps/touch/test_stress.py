@@ -35,6 +35,7 @@ def test_contact_is_held_within_bounds(name, value):
     [("gain-box", 4.0, "oscillation"), ("landing-box", 200.0, "overload"),
      ("border", 42.0, "at_border"), ("blobs", 1.0, "unsteady_contact"),
      ("saturated", 30.0, "tactels_lost"), ("dead", 95.0, "tactels_lost"),
+     ("lag", 200.0, "oscillation"),
      ("coming", 20.0, "steady_miss")],
 )  # fmt: skip
 def test_failure_beyond_limit_has_outcome_and_pad_retracts(name, value, outcome):
