@@ -281,19 +281,19 @@ class TouchPhases:
     ) -> None:
         """Check that the pressure settles at its goal."""
         goal = self.servo.goal_pressure
-        self._peak = max(self._peak, self.servo.filtered[0] / goal)
+        # Use the averaged pressure, because single readings scatter with noise.
+        pressure = self.servo.filtered[0] / goal
+        self._peak = max(self._peak, pressure)
         if self._oscillation.update(self.servo.measured_pressure(features) / goal, dt):
             self._end(self._oscillation_outcome())
         elif not self.servo.selection.press or (external is not None and external.any()):
-            # Without pressure control there is no error to watch. Over an uneven surface, the
-            # external twist alone moves the pressure off its goal.
+            # There is no error to watch. An external twist moves the pressure off its goal.
             self._watchdog.reset()
         else:
-            # Use the averaged pressure, because single readings scatter with noise.
-            outcome = self._watchdog.update(self.servo.filtered[0] / goal - 1.0, dt)
+            outcome = self._watchdog.update(pressure - 1.0, dt)
             if outcome is not None:
                 self._end(self._oscillation_outcome() if outcome == "oscillation" else outcome)
-            elif self._watchdog.settled and self._peak > self.options.peak_limit:
+            elif self._watchdog.settled and self._peak > self.options.peak_limit >= pressure:
                 self._end("overshoot")
 
     def _oscillation_outcome(self) -> Outcome:
