@@ -23,7 +23,7 @@ from .picture_scene import (
     up_direction,
 )
 from .solid_text import headline
-from .viewer_page import viewer_html
+from .viewer_page import draw_lines, draw_mesh, draw_points, viewer_html
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -183,57 +183,22 @@ def draw_cloud(
     scene.add_frame(node, show_axes=False, position=np.asarray(place, dtype=np.float64))
     _, residuals = residual_to(points, parts)
     limit = colour_limit_mm(residuals) if parts else 0.0
-    scene.add_point_cloud(
-        f"{node}/cloud",
-        scaled(points),
-        np.round(255 * residual_colours(residuals, limit)).astype(np.uint8),
-        point_size=POINT_SIZE,
-        point_shape="circle",
-        point_shading="flat",
-        precision="float32",
-    )
+    colours = np.round(255 * residual_colours(residuals, limit)).astype(np.uint8)
+    draw_points(scene, f"{node}/cloud", scaled(points), colours, POINT_SIZE)
     for number, part in enumerate(parts):
         vertices, faces = solid_mesh(part, RESOLUTION)
-        _add_mesh(scene, f"{node}/solid {number}", scaled(vertices), faces, SOLID, SOLID_OPACITY)
+        surface = scaled(vertices), faces
+        draw_mesh(scene, f"{node}/solid {number}", surface, rgb(SOLID), SOLID_OPACITY)
         curves = [scaled(curve) for curve in solid_curves(part)]
-        lines = [np.stack([curve[:-1], curve[1:]], axis=1) for curve in curves]
-        scene.add_line_segments(
-            f"{node}/lines {number}",
-            np.concatenate(lines),
-            rgb(INK),
-            thickness=CURVE_PIXELS,
-            thickness_units="screen",
-        )
+        draw_lines(scene, f"{node}/lines {number}", curves, rgb(INK), CURVE_PIXELS)
     if cloud.support_plane is not None:
-        square = scaled(_support_square(cloud, middle, reach))
-        faces = np.array([[0, 2, 1], [0, 3, 2]])
-        _add_mesh(scene, f"{node}/support", square, faces, GREY, 0.18, side="double")
+        square = scaled(_support_square(cloud, middle, reach)), np.array([[0, 2, 1], [0, 3, 2]])
+        draw_mesh(scene, f"{node}/support", square, rgb(GREY), 0.18, side="double")
     if cloud.view_origin is not None:
         eye = scaled(cloud.view_origin)
         eye = eye * min(MAX_CAMERA_DISTANCE / max(float(np.linalg.norm(eye)), 1e-6), 1.0)
         scene.add_icosphere(f"{node}/camera", radius=0.04, color=rgb(INK), position=eye)
         scene.add_label(f"{node}/camera/name", "camera")
-
-
-def _add_mesh(
-    scene: Any,
-    name: str,
-    vertices: NDArray[np.float32],
-    faces: NDArray[np.integer],
-    colour: str,
-    opacity: float,
-    **style: Any,
-) -> None:
-    scene.add_mesh_simple(
-        name,
-        vertices,
-        faces.astype(np.uint32),
-        color=rgb(colour),
-        opacity=opacity,
-        cast_shadow=False,
-        receive_shadow=False,
-        **style,
-    )
 
 
 def _support_square(cloud: Cloud, middle: NDArray[np.float64], reach: float) -> NDArray[np.float64]:

@@ -1,10 +1,17 @@
-"""Self-contained pages with a 3D view and its text, for screens of all sizes, light and dark."""
+"""Pages with a 3D view and its text: what they draw, and their form as one file.
+
+A page suits screens of all sizes, light and dark. Scenes are of type Any, because viser is imported
+only where a server is opened.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from html import escape
 from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 STYLE = """
   :root { color-scheme: light dark; }
@@ -30,7 +37,7 @@ def viewer_html(server: Any, title: str, lines: Sequence[str]) -> str:
     Parameters
     ----------
     server
-        The running `viser.ViserServer`. viser is imported only where a server is opened.
+        The running `viser.ViserServer`.
     title
         Title in plain text.
     lines
@@ -48,3 +55,58 @@ def viewer_html(server: Any, title: str, lines: Sequence[str]) -> str:
         assert found, f"viser writes other pages: no {mark}"
         page = before + instead + after
     return page
+
+
+def draw_points(
+    scene: Any, node: str, points: NDArray[np.floating], colours: NDArray[np.uint8], size: float
+) -> Any:
+    """Draw points (N, 3) with their colours (N, 3) as discs of a diameter, and return the node."""
+    return scene.add_point_cloud(
+        node,
+        points.astype(np.float32),
+        colours,
+        point_size=size,
+        point_shape="circle",
+        point_shading="flat",
+        precision="float32",
+    )
+
+
+def draw_mesh(
+    scene: Any,
+    node: str,
+    surface: tuple[NDArray[np.floating], NDArray[np.integer]],
+    colour: tuple[int, int, int],
+    opacity: float | None,
+    **style: Any,
+) -> Any:
+    """Draw a mesh, vertices (V, 3) and faces (T, 3), without shadows, and return the node."""
+    vertices, faces = surface
+    return scene.add_mesh_simple(
+        node,
+        vertices.astype(np.float32),
+        faces.astype(np.uint32),
+        color=colour,
+        opacity=opacity,
+        cast_shadow=False,
+        receive_shadow=False,
+        **style,
+    )
+
+
+def draw_lines(
+    scene: Any,
+    node: str,
+    curves: Sequence[NDArray[np.floating]],
+    colour: tuple[int, int, int],
+    pixels: float,
+) -> Any:
+    """Draw curves (K, 3) as lines of a width in px, and return the node."""
+    segments = [np.stack([curve[:-1], curve[1:]], axis=1) for curve in curves]
+    return scene.add_line_segments(
+        node,
+        np.concatenate(segments).astype(np.float32),
+        colour,
+        thickness=pixels,
+        thickness_units="screen",
+    )

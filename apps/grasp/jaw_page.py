@@ -10,7 +10,7 @@ import numpy as np
 from eyehand.perception.superquadric import feature_curves, mesh
 
 from ..fitting.page_server import close_server, open_server
-from ..fitting.viewer_page import viewer_html
+from ..fitting.viewer_page import draw_lines, draw_mesh, draw_points, viewer_html
 from ..scene_json import fit_parts
 from ..scene_picture import colour_of
 from .jaw_shapes import CORNERS, FACES, DrawnGrasp, drawn_grasps
@@ -64,54 +64,36 @@ def _draw(server: Any, found: GraspedFrame) -> list[DrawnGrasp]:
     axes = view_axes(found)
     up = _vertical(found)
     server.scene.set_up_direction(tuple(up))
-    server.scene.add_point_cloud(
-        "/points",
-        scaled(points),
-        colours,
-        point_size=POINT_SIZE,
-        point_shape="circle",
-        point_shading="flat",
-        precision="float32",
-    )
+    draw_points(server.scene, "/points", scaled(points), colours, POINT_SIZE)
     for item in found.scene.objects:
         for number, solid in enumerate(fit_parts(item.fit) if item.fit else ()):
             vertices, faces = mesh(solid, RESOLUTION)
             node = f"/object {item.label}/{number}"
-            _add_mesh(
-                server,
-                node,
-                scaled(vertices),
-                faces,
-                tuple(colour_of(item.label).tolist()),
-                OPACITY,
-            )
+            red, green, blue = colour_of(item.label).tolist()
+            draw_mesh(server.scene, node, (scaled(vertices), faces), (red, green, blue), OPACITY)
             curves = [scaled(curve) for curve in feature_curves(solid)]
-            lines = np.concatenate([np.stack([c[:-1], c[1:]], axis=1) for c in curves])
-            server.scene.add_line_segments(
-                f"{node}/lines", lines, INK, thickness=1.5, thickness_units="screen"
-            )
+            draw_lines(server.scene, f"{node}/lines", curves, INK, 1.5)
     drawn = drawn_grasps(found)
     for one in drawn:
-        _draw_grasp(server, one, one is drawn[0], scaled)
+        _draw_grasp(server.scene, one, one is drawn[0], scaled)
     server.initial_camera.position = tuple(VIEW_DISTANCE * axes[2])
     server.initial_camera.look_at = (0.0, 0.0, 0.0)
     return drawn
 
 
-def _draw_grasp(server: Any, one: DrawnGrasp, with_palm: bool, scaled: Any) -> None:
+def _draw_grasp(scene: Any, one: DrawnGrasp, with_palm: bool, scaled: Any) -> None:
     node = f"/grasp {one.rank}"
-    count = len(CORNERS)
-    faces = np.concatenate([TRIANGLES + count * k for k in range(len(one.fingers))])
-    _add_mesh(server, f"{node}/fingers", scaled(one.fingers.reshape(-1, 3)), faces, one.colour, 1.0)
+
+    def boxes(corners: NDArray[np.float64]) -> tuple[NDArray[np.float32], NDArray[np.int64]]:
+        """Return the surfaces of boxes (K, 8, 3) as one mesh."""
+        faces = [TRIANGLES + len(CORNERS) * k for k in range(len(corners))]
+        return scaled(corners.reshape(-1, 3)), np.concatenate(faces)
+
+    draw_mesh(scene, f"{node}/fingers", boxes(one.fingers), one.colour, None, flat_shading=True)
     if with_palm and len(one.palm):
-        faces = np.concatenate([TRIANGLES + count * k for k in range(len(one.palm))])
-        palm = scaled(one.palm.reshape(-1, 3))
-        _add_mesh(server, f"{node}/palm", palm, faces, one.colour, PALM_OPACITY)
-    lines = np.concatenate([np.stack([c[:-1], c[1:]], axis=1) for c in (one.fork, one.stem)])
-    server.scene.add_line_segments(
-        f"{node}/lines", scaled(lines), one.colour, thickness=3.0, thickness_units="screen"
-    )
-    server.scene.add_label(
+        draw_mesh(scene, f"{node}/palm", boxes(one.palm), one.colour, PALM_OPACITY)
+    draw_lines(scene, f"{node}/lines", [scaled(one.fork), scaled(one.stem)], one.colour, 3.0)
+    scene.add_label(
         f"{node}/rank",
         str(one.rank),
         position=tuple(scaled(one.stem[0]).tolist()),
@@ -138,23 +120,3 @@ def _vertical(found: GraspedFrame) -> NDArray[np.float64]:
     if found.scene.support is not None:
         return found.scene.support.normal
     return axes[1]
-
-
-def _add_mesh(
-    server: Any,
-    node: str,
-    vertices: NDArray[np.float32],
-    faces: NDArray[np.int64],
-    colour: tuple[int, int, int],
-    opacity: float,
-) -> None:
-    server.scene.add_mesh_simple(
-        node,
-        vertices,
-        faces.astype(np.uint32),
-        color=colour,
-        opacity=opacity if opacity < 1.0 else None,
-        flat_shading=opacity == 1.0,
-        cast_shadow=False,
-        receive_shadow=False,
-    )

@@ -8,6 +8,7 @@ import numpy as np
 
 from eyehand.perception.superquadric import feature_curves, mesh
 
+from ..fitting.viewer_page import draw_lines, draw_mesh, draw_points
 from ..scene_json import fit_parts
 from ..scene_picture import colour_of
 from .body_meshes import body_meshes
@@ -152,40 +153,23 @@ class LiveScene:
             if not shown.any():
                 continue
             shade = self._colours.get(label, np.array(UNLABELLED, np.uint8))
-            self._clouds[label] = self._scene.add_point_cloud(
-                f"{node}/cloud{label}",
-                points[shown].astype(np.float32),
-                np.tile(shade, (int(shown.sum()), 1)),
-                point_size=POINT_SIZE,
-                visible=self._show_cloud,
+            colours = np.tile(shade, (int(shown.sum()), 1))
+            cloud = draw_points(
+                self._scene, f"{node}/cloud{label}", points[shown], colours, POINT_SIZE
             )
+            cloud.visible = self._show_cloud
+            self._clouds[label] = cloud
 
     def _draw_solid(self, node: str, label: int, part: Superquadric) -> list[Any]:
-        colour = tuple(self._colours[label].tolist())
-        vertices, faces = mesh(part, RESOLUTION)
-        lines = np.concatenate(
-            [np.stack([curve[:-1], curve[1:]], axis=1) for curve in feature_curves(part)]
-        )
-        return [
-            self._scene.add_mesh_simple(
-                f"{node}/surface",
-                vertices.astype(np.float32),
-                faces.astype(np.uint32),
-                color=colour,
-                opacity=OPACITY,
-                cast_shadow=False,
-                receive_shadow=False,
-                visible=self._show_solids,
-            ),
-            self._scene.add_line_segments(
-                f"{node}/lines",
-                lines.astype(np.float32),
-                colour,
-                thickness=2.0,
-                thickness_units="screen",
-                visible=self._show_solids,
-            ),
+        red, green, blue = self._colours[label].tolist()
+        colour = red, green, blue
+        drawn = [
+            draw_mesh(self._scene, f"{node}/surface", mesh(part, RESOLUTION), colour, OPACITY),
+            draw_lines(self._scene, f"{node}/lines", feature_curves(part), colour, 2.0),
         ]
+        for handle in drawn:
+            handle.visible = self._show_solids
+        return drawn
 
     def _remove_capture(self) -> None:
         """Remove the nodes of the last capture."""
