@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import importlib
 import inspect
+import json
 import re
 import textwrap
 from pathlib import Path
@@ -67,6 +68,7 @@ def pages() -> dict[str, str]:
         "commands.md": commands_page(),
         "python.md": python_page(),
         **{f"python/{package}.md": package_page(package) for package in PACKAGES},
+        "files.md": files_page(),
         "examples.md": examples_page(),
         "contributing.md": (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8"),
     }
@@ -115,6 +117,53 @@ def _escaped(text: str) -> str:
     parts = text.split("`")
     parts[::2] = [re.sub(r"([\\*_<>|\[\]])", r"\\\1", part) for part in parts[::2]]
     return "`".join(parts)
+
+
+def files_page() -> str:
+    """Describe the members of all JSON files, from their schema."""
+    schema = json.loads((ROOT / "docs" / "files.schema.json").read_text(encoding="utf-8"))
+    parts = [
+        "# JSON files",
+        "All numbers are finite. Every object has all its members, except those marked as "
+        "optional. A new member keeps the number of `schema`. A removed or changed one increases "
+        "it. [files.schema.json](files.schema.json) is the JSON schema. The file of a hand has "
+        "[a page of its own](guides/hand_description.md).",
+    ]
+    for name, form in schema["$defs"].items():
+        parts += [f"## {name}", form["description"]]
+        if "properties" in form:
+            parts.append(
+                "\n".join(("| member | type | meaning |", "| --- | --- | --- |", *_rows(form)))
+            )
+    return "\n\n".join(parts) + "\n"
+
+
+def _rows(form: dict[str, Any], prefix: str = "") -> list[str]:
+    """Return the rows of a table of members. Those of an object inside follow it."""
+    rows = []
+    for name, value in form["properties"].items():
+        meaning = value["description"] + ("" if name in form["required"] else " Optional.")
+        rows.append(f"| `{prefix}{name}` | {_json_type(value)} | {_escaped(meaning)} |")
+        inner, inside = value.get("items", value), "[]." if "items" in value else "."
+        if "properties" in inner:
+            rows += _rows(inner, f"{prefix}{name}{inside}")
+    return rows
+
+
+def _json_type(value: dict[str, Any]) -> str:
+    """Return the type of a member in words."""
+    if "anyOf" in value:
+        return " or ".join(_json_type(one) for one in value["anyOf"])
+    if "$ref" in value:
+        name = value["$ref"].rpartition("/")[2]
+        return f"[{name}](#{name})"
+    if "const" in value or "enum" in value:
+        return ", ".join(f"`{json.dumps(one)}`" for one in value.get("enum", [value.get("const")]))
+    kinds = value["type"] if isinstance(value["type"], list) else [value["type"]]
+    if "items" in value:
+        count = f"{value['maxItems']} " if "maxItems" in value else ""
+        kinds = [f"array of {count}{_json_type(value['items'])}", *kinds[1:]]
+    return " or ".join(kinds)
 
 
 def python_page() -> str:

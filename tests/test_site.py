@@ -44,6 +44,14 @@ def test_pages_of_python_describe_all_public_names():
     assert "| `distance()` | " in everything
 
 
+def test_page_of_files_describes_all_members():
+    page = HOOK["files_page"]()
+    assert "| `objects` | array of [object](#object) | The objects, the largest first. |" in page
+    assert "| `rim.semi_axes_m` | array of 2 number | Semi-axes, m. |" in page
+    assert "| `spread_m` | number or null | Robust standard deviation" in page
+    assert "Pose of the camera in the world. Optional. |" in page
+
+
 def test_page_of_examples_shows_all_scripts():
     page = HOOK["examples_page"]()
     assert page.count("```python") == len(list((ROOT / "examples").glob("*.py")))

@@ -13,6 +13,8 @@ from eyehand.perception import CameraIntrinsics
 from eyehand.perception.cameras import charuco_board
 from eyehand.perception.io import pose_from_json, pose_to_json, read_camera_file, write_intrinsics
 
+from ..file_schema import check_file
+
 CAMERA = CameraIntrinsics(600.0, 600.0, 319.5, 239.5, 640, 480)
 BOARD = charuco_board(7, 5, 0.03, 0.022)
 T_WORLD_CAMERA = RigidTransform.from_components(
@@ -71,6 +73,9 @@ def test_rendered_images_give_the_pose_within_its_stated_error(folder, tmp_path,
     report = json.loads(capsys.readouterr().out)
     assert report["schema"] == "eyehand.calibrate/1"
     assert all(row["used"] for row in report["rows"])
+    check_file(folder / "poses.json", "poses")
+    check_file(tmp_path / "out" / "calibration.json", "calibration")
+    check_file(tmp_path / "out" / "camera.json", "camera")
     written = json.loads((tmp_path / "out" / "calibration.json").read_text())
     error = T_WORLD_CAMERA.inv() * pose_from_json(written["T_world_camera"], "pose")
     assert np.linalg.norm(error.translation) < 1e-3
