@@ -10,13 +10,13 @@ import numpy as np
 from cyclopts import Parameter
 
 from eyehand.errors import InputError
-from eyehand.grasping.hands import FileChoices, describe_hand, hand_json
+from eyehand.grasping.hands import FileChoices, describe_hand, hand_json, write_hand
 
 from .console import print_text, say
 from .frame_masks import Numbers
 from .grasp.jaw_shapes import CORNERS
 from .grasp.painted_view import PaintedView
-from .output_files import make_folder, write_picture, write_text
+from .output_files import make_folder, write_picture
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -110,7 +110,7 @@ def hand_describe(
     if output is None:
         print_text(hand_json(hand))
     else:
-        write_text(output, hand_json(hand) + "\n")
+        write_hand(hand, output)
     if picture is not None:
         write_picture(picture, hand_picture(found))
         say(f"picture written to {picture}")

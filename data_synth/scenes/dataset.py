@@ -205,22 +205,18 @@ def _scene_to_json(scene: TabletopScene | FurnishedScene) -> dict[str, Any]:
 
 def _object_to_json(item: TabletopObject | MeshObject) -> dict[str, Any]:
     if isinstance(item, MeshObject):
-        pose = pose_to_json(item.pose)
-        return {
-            "name": item.name,
-            "kind": "mesh",
-            "size_m": np.ptp(item.vertices, axis=0).tolist(),
-            "position_m": pose["translation_m"],
-            "quat_wxyz": pose["quat_wxyz"],
-            "mass_kg": float(item.mass),
-            "colour_rgb": [float(share) for share in item.colour],
+        kind, pose = "mesh", pose_to_json(item.pose)
+        shape = {"size_m": np.ptp(item.vertices, axis=0).tolist()}
+    else:
+        kind, pose = item.kind, pose_to_json(item.shape.pose)
+        shape = {
+            "semi_axes_m": item.shape.semi_axes.tolist(),
+            "exponents": list(item.shape.exponents),
         }
-    pose = pose_to_json(item.shape.pose)
     return {
         "name": item.name,
-        "kind": item.kind,
-        "semi_axes_m": item.shape.semi_axes.tolist(),
-        "exponents": list(item.shape.exponents),
+        "kind": kind,
+        **shape,
         "position_m": pose["translation_m"],
         "quat_wxyz": pose["quat_wxyz"],
         "mass_kg": float(item.mass),

@@ -11,7 +11,7 @@ from .protocol import SensorInfo, TactileFrame, TactileSensor
 from .recording import RecordedSensor, TactileRecorder, record
 from .rest_tracker import RestTracker
 from .sensor_monitor import SensorMonitor
-from .serial_sensor import SerialSensor, encode_serial, serial_4x6_shear, serial_16x16
+from .serial_sensor import SerialSensor, serial_4x6_shear, serial_16x16
 
 __all__ = [
     "ContactReading",
@@ -25,7 +25,6 @@ __all__ = [
     "TactileFrame",
     "TactileRecorder",
     "TactileSensor",
-    "encode_serial",
     "record",
     "serial_4x6_shear",
     "serial_16x16",

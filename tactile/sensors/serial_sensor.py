@@ -32,8 +32,8 @@ from ..image import TactileArray
 from .protocol import SensorInfo, TactileFrame
 
 SYNC = b"\xa5\x5a"
-_HEADER = struct.Struct("<2sBBBBI")
-_CRC = struct.Struct("<H")
+HEADER = struct.Struct("<2sBBBBI")
+CRC = struct.Struct("<H")
 CLOCK_SPAN = 2**32
 """Microseconds after which the sensor's clock starts again."""
 SHEAR_PER_COUNT = 1.0
@@ -88,7 +88,7 @@ class SerialSensor:
             raise InputError(f"this system has no serial line with {baud} baud")
         self._info, self._port, self._scale = info, str(port), shear_scale
         self._layout = (*info.array.grid, 3 if info.shear else 1)
-        self._length = _HEADER.size + 2 * int(np.prod(self._layout)) + _CRC.size
+        self._length = HEADER.size + 2 * int(np.prod(self._layout)) + CRC.size
         self._buffer = bytearray()
         self._clock, self._start = 0, 0
         self.damaged = 0
@@ -156,9 +156,9 @@ class SerialSensor:
                 del self._buffer[:-1]
                 break
             del self._buffer[:start]
-            if len(self._buffer) < _HEADER.size:
+            if len(self._buffer) < HEADER.size:
                 break
-            _, rows, columns, channels, _, clock = _HEADER.unpack_from(self._buffer)
+            _, rows, columns, channels, _, clock = HEADER.unpack_from(self._buffer)
             self._check_layout((rows, columns, channels))
             if len(self._buffer) < self._length:
                 break
@@ -184,7 +184,7 @@ class SerialSensor:
 
     def _check_layout(self, layout: tuple[int, int, int]) -> None:
         """Raise an `InputError` if an undamaged frame has another layout."""
-        length = _HEADER.size + 2 * int(np.prod(layout)) + _CRC.size
+        length = HEADER.size + 2 * int(np.prod(layout)) + CRC.size
         if layout == self._layout or len(self._buffer) < length:
             return
         if _is_undamaged(bytes(self._buffer[:length])):
@@ -195,7 +195,7 @@ class SerialSensor:
             )
 
     def _decoded(self, frame: bytes) -> TactileFrame:
-        values = np.frombuffer(frame[_HEADER.size : -_CRC.size], "<u2")
+        values = np.frombuffer(frame[HEADER.size : -CRC.size], "<u2")
         raw, shear = values.astype(np.uint16), None
         if self._layout[2] == 3:
             columns = values.reshape(-1, 3)
@@ -229,38 +229,9 @@ def serial_4x6_shear(
     return SerialSensor(port, info, shear_scale=shear_scale)
 
 
-def encode_serial(
-    frame: TactileFrame,
-    grid: tuple[int, int],
-    sequence: int = 0,
-    shear_scale: float = SHEAR_PER_COUNT,
-) -> bytes:
-    """Encode an image as the firmware of a sensor does.
-
-    Parameters
-    ----------
-    frame
-        The image.
-    grid
-        Rows and columns.
-    sequence
-        Number of the image.
-    shear_scale
-        Pa per count of shear.
-    """
-    values = frame.raw.astype("<u2")[:, None]
-    if frame.shear is not None:
-        counts = np.clip(np.rint(frame.shear / shear_scale), -(2**15), 2**15 - 1)
-        values = np.column_stack([values, counts.astype("<i2").view("<u2")])
-    clock = round(1e6 * frame.time) % CLOCK_SPAN
-    header = _HEADER.pack(SYNC, *grid, values.shape[1], sequence % 256, clock)
-    data = header + values.astype("<u2").tobytes()
-    return data + _CRC.pack(crc16(data))
-
-
 def _is_undamaged(frame: bytes) -> bool:
     """Return whether the last two bytes of a frame are the CRC of the others."""
-    return crc16(frame[: -_CRC.size]) == _CRC.unpack(frame[-_CRC.size :])[0]
+    return crc16(frame[: -CRC.size]) == CRC.unpack(frame[-CRC.size :])[0]
 
 
 def crc16(data: bytes) -> int:

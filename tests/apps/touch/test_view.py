@@ -21,9 +21,10 @@ from eyehand.tactile.sensors import (
     ContactSensor,
     RecordedSensor,
     TactileFrame,
-    encode_serial,
     record,
 )
+
+from ...tactile.sensors.firmware import encode_serial
 
 
 def test_picture_has_brightest_tactel_at_its_place_and_marks_the_centre():

@@ -14,11 +14,12 @@ from eyehand.tactile.sensors import (
     SensorInfo,
     SerialSensor,
     TactileFrame,
-    encode_serial,
     serial_4x6_shear,
     serial_16x16,
 )
 from eyehand.tactile.sensors.serial_sensor import crc16
+
+from .firmware import encode_serial
 
 
 @pytest.fixture
