@@ -9,7 +9,7 @@ import numpy as np
 
 from .grasp_geometry import GraspGeometry, turned
 from .grasp_scoring import GraspContext, GraspEvaluation, clearance_term, evaluate_grasp
-from .hand_clearance import hand_clearance
+from .hand_clearance import hand_boxes, hand_clearance
 from .low_clearance import low_clearance_grasps
 from .palm_placement import PalmPlacement, TipDepth, place_palm
 from .prototypes import (
@@ -27,6 +27,8 @@ from .prototypes import (
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
+
+    from numpy.typing import NDArray
 
     from eyehand.perception import Superquadric
 
@@ -132,7 +134,8 @@ def low_clearance_candidates(
                 )
                 if found.evaluation.refusal:
                     continue
-                found = _with_clearance(found, variant, context, push=push)
+                boxes = hand_boxes(context.hand, prototype, found.opening, variant.width)
+                found = _with_clearance(found, variant, context, boxes, push=push)
                 if found.evaluation.refusal:
                     continue
                 terms = {**found.evaluation.terms, "variant": VARIANT_WEIGHT * weight}
@@ -178,19 +181,23 @@ def _between_neighbours(found: GraspCandidate, context: GraspContext) -> Iterato
         yield found
         return
     geometry = found.geometry
+    boxes = hand_boxes(context.hand, found.prototype, found.opening, geometry.width)
     if geometry.freedom == "none":
-        yield _with_clearance(found, geometry, context)
+        yield _with_clearance(found, geometry, context, boxes)
         return
-    tries = [_with_clearance(found, turn, context) for turn in turned(geometry, TURNS)]
-    clear = [not one.evaluation.refusal for one in tries]
+    turns = turned(geometry, TURNS)
+    gaps = [hand_clearance(turn, found.placement, boxes, context.neighbours)[0] for turn in turns]
+    clear = [gap >= FINGER_GAP for gap in gaps]
+    terms = np.array([clearance_term(gap) for gap in gaps])
     if all(clear):
         # All directions stay allowed, so the worst one determines the score.
-        yield min(tries, key=lambda one: one.evaluation.total)
+        yield _with_clearance(found, turns[int(terms.argmin())], context, boxes)
     elif not any(clear):
-        yield tries[0]
+        yield _with_clearance(found, turns[0], context, boxes)
     elif geometry.freedom == "around":
         first, count = _longest_run(clear)
-        middle = tries[(first + count // 2) % TURNS]
+        turn = turns[(first + count // 2) % TURNS]
+        middle = _with_clearance(found, turn, context, boxes)
         angle = max((count - 1) * np.pi / TURNS, MIN_APPROACH_ANGLE)
         # An even run has no middle direction: `middle` is half a step off, nearer to one end.
         if count % 2 == 0:
@@ -198,25 +205,26 @@ def _between_neighbours(found: GraspCandidate, context: GraspContext) -> Iterato
         limited = replace(middle.geometry, max_approach_angle=max(angle, MIN_APPROACH_ANGLE))
         yield replace(middle, geometry=limited)
     else:
-        best = sorted(tries, key=lambda one: -one.evaluation.total)[:2]
-        for one in best:
-            fixed = replace(one.geometry, freedom="none")
-            placement = place_palm(fixed, one.prototype, one.opening, context.hand, one.depth)
-            yield _with_clearance(replace(one, geometry=fixed, placement=placement), fixed, context)
+        for number in np.argsort(-terms * clear, kind="stable")[:2]:
+            fixed = replace(turns[number], freedom="none")
+            placement = place_palm(fixed, found.prototype, found.opening, context.hand, found.depth)
+            one = replace(found, geometry=fixed, placement=placement)
+            yield _with_clearance(one, fixed, context, boxes)
 
 
 def _with_clearance(
-    found: GraspCandidate, geometry: GraspGeometry, context: GraspContext, *, push: bool = False
+    found: GraspCandidate,
+    geometry: GraspGeometry,
+    context: GraspContext,
+    boxes: NDArray[np.float64],
+    *,
+    push: bool = False,
 ) -> GraspCandidate:
-    """Return a candidate at a geometry, with the score term of its distance to neighbours."""
-    gap, label = hand_clearance(
-        geometry,
-        found.prototype,
-        found.placement,
-        found.opening,
-        context.hand,
-        context.neighbours,
-    )
+    """Return a candidate at a geometry, with the score term of its distance to neighbours.
+
+    ``boxes`` are those of :func:`hand_boxes`.
+    """
+    gap, label = hand_clearance(geometry, found.placement, boxes, context.neighbours)
     refusal = found.evaluation.refusal
     own_part = label == context.label
     if gap < (-PUSH_DEPTH if push and not own_part else FINGER_GAP):

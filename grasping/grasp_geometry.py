@@ -112,16 +112,20 @@ def turned(geometry: GraspGeometry, count: int) -> tuple[GraspGeometry, ...]:
     """
     horizontal = _horizontal_direction(geometry)
     side = np.cross(geometry.up, horizontal)
-    copies = []
-    for angle in np.arange(count) * 2.0 * np.pi / count:
-        turn = np.cos(angle) * horizontal + np.sin(angle) * side
-        if geometry.approach == "top":
-            copies.append(replace(geometry, closing=turn, finger_row=np.cross(geometry.palm, turn)))
-        else:
-            closing = np.cross(geometry.finger_row, turn)
-            closing /= np.linalg.norm(closing)
-            copies.append(replace(geometry, palm=turn, closing=closing))
-    return tuple(copies)
+    angles = np.arange(count)[:, None] * 2.0 * np.pi / count
+    turns = np.cos(angles) * horizontal + np.sin(angles) * side
+    if geometry.approach == "top":
+        rows = np.cross(geometry.palm, turns)
+        return tuple(
+            replace(geometry, closing=turn, finger_row=row)
+            for turn, row in zip(turns, rows, strict=True)
+        )
+    closings = np.cross(geometry.finger_row, turns)
+    closings /= np.linalg.norm(closings, axis=1, keepdims=True)
+    return tuple(
+        replace(geometry, palm=turn, closing=closing)
+        for turn, closing in zip(turns, closings, strict=True)
+    )
 
 
 def _horizontal_direction(geometry: GraspGeometry) -> NDArray[np.float64]:

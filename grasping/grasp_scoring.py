@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -119,7 +120,7 @@ class GraspEvaluation:
     @property
     def total(self) -> float:
         """Product of the terms; 0 for an impossible grasp."""
-        return 0.0 if self.refusal else float(np.prod(list(self.terms.values())))
+        return 0.0 if self.refusal else math.prod(self.terms.values())
 
 
 def evaluate_grasp(

@@ -83,16 +83,14 @@ def neighbour_points(
 
 def hand_clearance(
     geometry: GraspGeometry,
-    prototype: Prototype,
     placement: PalmPlacement,
-    opening: float,
-    hand: HandModel,
+    boxes: NDArray[np.float64],
     neighbours: NeighbourPoints,
 ) -> tuple[float, int]:
     """Return the distance of the open hand to the nearest neighbour, m, and the neighbour's label.
 
-    The open hand and its retreat are modelled by boxes. The palm's offset is the mean of
-    ``placement.low`` and ``placement.high``. A negative distance is the depth by which the
+    The open hand and its retreat are modelled by ``boxes`` (`hand_boxes`). The palm's offset is the
+    mean of ``placement.low`` and ``placement.high``. A negative distance is the depth by which the
     neighbour must be pushed perpendicular to the palm's direction. Without neighbours the result
     is (inf, 0).
     """
@@ -102,7 +100,6 @@ def hand_clearance(
     offset = 0.5 * (placement.low + placement.high) * along
     palm = geometry.centre - placement.standoff * geometry.palm + offset
     axes = np.array([geometry.closing, geometry.finger_row, geometry.palm])
-    boxes = hand_boxes(hand, prototype, opening, geometry.width)
     gap, nearest = nearest_point(neighbours.points, palm, axes, boxes)
     return float(gap), int(neighbours.labels[nearest])
 

@@ -40,7 +40,8 @@ INSIDE_PALM = PALM_HEIGHT + HAND.palm_depth
 def clearance(point):
     neighbours = NeighbourPoints(np.array([point], dtype=float), np.array([7]))
     placement = PalmPlacement(PALM_HEIGHT, np.pi, 0.0, 0.0)
-    distance, label = hand_clearance(GRASP, "power", placement, OPENING, HAND, neighbours)
+    boxes = hand_boxes(HAND, "power", OPENING, GRASP.width)
+    distance, label = hand_clearance(GRASP, placement, boxes, neighbours)
     assert label == 7
     return distance
 

@@ -95,7 +95,7 @@ def _wrong_pose(angle_deg: float, seed: int, options: PickOptions, *, axis: Axis
         assert frame.T_world_camera is not None
         return replace(frame, T_world_camera=frame.T_world_camera * rotation)
 
-    _change_frames(stress, wrong)
+    change_frames(stress, wrong)
     return stress.clear().trial()
 
 
@@ -109,7 +109,7 @@ def _lost_depth(lost_pct: float, seed: int, options: PickOptions) -> Trial:
         lost = np.kron(lost, np.ones((PATCH_PX, PATCH_PX), dtype=bool))[:rows, :columns]
         return replace(frame, depth=np.where(lost, 0.0, frame.depth).astype(frame.depth.dtype))
 
-    _change_frames(stress, holed)
+    change_frames(stress, holed)
     return _clear_or_refuse(stress)
 
 
@@ -140,7 +140,8 @@ def _clear_or_refuse(stress: StressCell) -> Trial:
     return outcome.trial(not outcome.left or outcome.refused)
 
 
-def _change_frames(stress: StressCell, change: Callable[[DepthFrame], DepthFrame]) -> None:
+def change_frames(stress: StressCell, change: Callable[[DepthFrame], DepthFrame]) -> None:
+    """Alter every depth image that the robot of a cell captures."""
     robot = stress.robot
     stress.cell.robot = AlteredCameraRobot(robot, change)  # pyright: ignore[reportAttributeAccessIssue] - passes all else on
 

@@ -21,10 +21,12 @@ from ...bench.shares import (
 )
 from ...bench.stress import StressArguments, StressStage, run_stress
 from ...bench.sweep_chart import ReportSpec
+from ..mesh_scenes import ObjectSource
 from ..warm_up import warm_up_grasping
 from .camera_sweeps import camera_sweeps
 from .event_sweeps import event_sweeps
 from .fault_sweeps import fault_sweeps
+from .household_sweeps import household_sweeps
 from .shape_sweeps import load_sweeps, shape_sweeps
 from .stress_trial import GraspFigures
 from .touch_fault_sweeps import touch_fault_sweeps
@@ -63,16 +65,20 @@ def stress_grasp(
         A gripper (panda, 2f85, a .json file): grasp with it in the clutter-removal protocol
         instead, over calibration error, noise, friction, mass, camera angle and density.
     objects
-        With --hand: folder of meshes or URDFs, such as the one that holds packed/.
+        Folder of meshes or URDFs. Without --hand, single objects of it are grasped with the demo's
+        hand, over friction, balance, hidden parts and softness of the floor. With --hand, it may be
+        the folder that holds packed/.
     """
     arguments = arguments or StressArguments()
-    if hand or objects is not None:
-        if not hand or objects is None:
-            raise InputError("--hand needs --objects FOLDER, and --objects needs --hand")
+    if hand:
+        if objects is None:
+            raise InputError("--hand needs --objects FOLDER")
         # The planner of parallel jaws loads kernels that other sweeps do not need.
         from .jaw_stress import stress_jaws
 
         return stress_jaws(hand, objects, arguments)
+    if objects is not None:
+        return run_stress(household_stage(str(objects)), arguments)
     if arguments.quick and not arguments.only:
         arguments = replace(arguments, only=QUICK)
     return run_stress(grasp_stage(arguments.only), arguments)
@@ -112,6 +118,24 @@ def grasp_stage(only: Collection[str] | None = None) -> StressStage[PickOptions]
         quick_seeds=1,
         prepare=warm_up_grasping,
     )
+
+
+def household_stage(folder: str) -> StressStage[PickOptions]:
+    """Return the stress stage of single objects of a folder.
+
+    Raises
+    ------
+    InputError
+        If the folder holds no objects.
+    """
+    ObjectSource(folder).read()
+    stage = grasp_stage([])
+    report = replace(
+        stage.report,
+        title="Where picking household objects breaks",
+        data="simulated cell, one noisy depth view",
+    )
+    return replace(stage, sweeps=household_sweeps(folder), report=report, seeds=4)
 
 
 def _pose_source(names: Collection[str]) -> str:

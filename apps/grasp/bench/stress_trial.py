@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from eyehand.data_synth.scenes import TabletopObject
+    from eyehand.data_synth.scenes import MeshObject, TabletopObject
     from eyehand.grasping import ClearReport, Phase
 
     from .pick_row import PickRow
@@ -250,7 +250,7 @@ class StressOutcome:
 
 
 def stress_cell(
-    objects: Sequence[TabletopObject],
+    objects: Sequence[TabletopObject | MeshObject],
     seed: int,
     options: PickOptions,
     *,

@@ -20,8 +20,6 @@ SHARED = Path(__file__).resolve().parents[5] / "shared" / "data" / "objects"
 def test_hand_needs_objects():
     with pytest.raises(InputError, match="--hand needs --objects"):
         stress_grasp(hand="panda")
-    with pytest.raises(InputError, match="--hand needs --objects"):
-        stress_grasp(objects=SHARED)
 
 
 def test_folder_is_checked(tmp_path):
