@@ -7,6 +7,7 @@ positions at each width, and what each contributes to the closing force.
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -84,6 +85,12 @@ def find_jaws(path: Path) -> JawMechanism:
     InputError
         If there is no gripper, or its motors do not move its joints.
     """
+    # A linkage takes a second to describe, and each scene of a run asks for it.
+    return _find_jaws(path, path.stat().st_mtime_ns if path.is_file() else 0)
+
+
+@functools.lru_cache(maxsize=4)
+def _find_jaws(path: Path, modified: int) -> JawMechanism:
     found = describe_hand(path).postures
     spec = read_robot(path)
     name_parts(spec)
