@@ -154,7 +154,8 @@ def _most_violated(velocity, bounds, lengths):
             worst, bound = velocity[joint] - high[joint], n + joint
     for row in range(len(rows)):
         excess = min_rates[row] - _dot(rows[row], velocity, n)
-        if excess > worst * lengths[row]:
+        # A row without a length is satisfied within the tolerance: the others gave up before.
+        if lengths[row] > 0.0 and excess > worst * lengths[row]:
             worst, bound = excess / lengths[row], 2 * n + row
     return bound
 

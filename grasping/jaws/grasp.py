@@ -38,7 +38,8 @@ class Grasp:
     success: float
     """Estimated probability of success, 0-1."""
     terms: Mapping[str, float]
-    """Factors by name, each 0-1; `success` is their product, calibrated on executed grasps."""
+    """Factors by name, each 0-1; `success` is their product, calibrated on executed grasps.
+    The term of an unknown depth scale multiplies the calibrated product of the others."""
     reason: str
     """Description of the grasp for reports."""
     object_size: NDArray[np.float64] | None = None

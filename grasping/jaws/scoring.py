@@ -11,6 +11,8 @@ from scipy.special import expit, ndtr, ndtri
 from ..hands.jaw_closing import PAD_RADIUS_SHARE
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from numpy.typing import NDArray
 
     from ..hands import ParallelHand
@@ -48,11 +50,15 @@ SUCCESS_ODDS = 4.3
 """Odds of success over those of the product of the terms. The terms are not independent: what
 lowers one lowers others. Fitted to 200 grasps of the development objects that were not too heavy;
 the logistic slope was 1.00."""
+INDEPENDENT = "depth_error"
+"""The term that is independent of the others: one error of the scale moves the whole scene."""
 
 
-def success_probability(product: float) -> float:
-    """Return the probability of success of a grasp from the product of its terms."""
-    return SUCCESS_ODDS * product / (1.0 + (SUCCESS_ODDS - 1.0) * product)
+def success_probability(terms: Mapping[str, NDArray[np.float64]]) -> NDArray[np.float64]:
+    """Return the probability of success of grasps (n,) from their terms, (n,) each."""
+    product = np.prod([term for name, term in terms.items() if name != INDEPENDENT], axis=0)
+    together = SUCCESS_ODDS * product / (1.0 + (SUCCESS_ODDS - 1.0) * product)
+    return together * terms.get(INDEPENDENT, 1.0)
 
 
 @dataclass(frozen=True, eq=False)

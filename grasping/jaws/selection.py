@@ -53,16 +53,18 @@ def ranked_grasps(
     matrices[:, :3, 3] = scored.candidates.tip
     # One call for all poses: each would take 0.3 ms.
     poses = RigidTransform.from_matrix(matrices)
+    success = success_probability(scored.terms)
     return [
         _grasp(
             scored,
             index,
             poses[index],
+            float(success[index]),
             surfaces[int(scored.candidates.object[index])],
             _forbidden(scored, index, surfaces, scene, hand, options),
             up_direction(scene),
         )
-        for index in np.argsort(-scored.total, kind="stable")
+        for index in np.argsort(-success, kind="stable")
     ]
 
 
@@ -111,6 +113,7 @@ def _grasp(
     scored: ScoredCandidates,
     index: int,
     pose: RigidTransform,
+    success: float,
     surface: ObjectSurface,
     forbidden: tuple[str, ...],
     up: NDArray[np.float64],
@@ -127,7 +130,7 @@ def _grasp(
         retreat_direction=-approach if angle <= MAX_SIDE_ANGLE else up,
         object_label=surface.label,
         object_width=width,
-        success=success_probability(float(np.prod(list(terms.values())))),
+        success=success,
         terms=terms,
         reason=f"object {surface.label}, {1e3 * width:.0f} mm wide, {kind}",
         object_size=surface.size,

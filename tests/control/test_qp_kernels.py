@@ -96,6 +96,7 @@ def test_joint_with_zero_bounds_does_not_move():
 
 
 def test_zero_row_is_ignored_unless_it_is_infeasible():
-    for min_rates, answer in ((-0.1, 1), (0.1, GIVEN_UP)):
+    # The third rate is within the tolerance of the solver, and above what the row can reach.
+    for min_rates, answer in ((-0.1, 1), (0.1, GIVEN_UP), (5e-11, 1)):
         rows = SafetyRows(-np.ones(2), np.ones(2), np.zeros((1, 2)), np.array([min_rates]))
         assert solve_case(np.array([2.0, 0.0]), np.eye(2), rows)[0] == answer

@@ -98,7 +98,7 @@ def test_fingers_follow_width_and_end_closed_without_effort(gripped):
     model.geom_contype[geom] = model.geom_conaffinity[geom] = 0
     try:
         for width, reached in ((0.06, 0.06), (0.0, 0.0038)):
-            data, drives = _run(gripped, JawCommand(width, 5.0))
+            _, drives = _run(gripped, JawCommand(width, 5.0))
             assert drives.reading().width == pytest.approx(reached, abs=1e-3)
             assert drives.reading().effort == pytest.approx(0.0, abs=0.1)
     finally:

@@ -37,9 +37,11 @@ def test_box_is_gripped_across_its_narrow_side():
     assert abs(best.closing @ narrow) > 0.98
     assert best.object_label == 1
     assert 0.5 < best.success <= 1.0
-    product = np.prod(list(best.terms.values()))
+    product = np.prod([term for name, term in best.terms.items() if name != "depth_error"])
     odds = SUCCESS_ODDS * product / (1.0 - product)
-    assert best.success == pytest.approx(odds / (1.0 + odds), rel=1e-9)
+    expected = best.terms["depth_error"] * odds / (1.0 + odds)
+    assert best.success == pytest.approx(expected, rel=1e-9)
+    assert [one.success for one in grasps] == sorted((g.success for g in grasps), reverse=True)
 
 
 @pytest.mark.parametrize("size", [(0.05, 0.05, 0.02), (0.04, 0.06, 0.15), (0.03, 0.1, 0.05)])
