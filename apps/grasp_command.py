@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 from cyclopts import Parameter
 
 from eyehand.errors import InputError
-from eyehand.grasping import JawOptions, generic_jaw, load_hand
+from eyehand.grasping import JawOptions, ParallelHand, generic_jaw, load_hand
 from eyehand.grasping.hands import built_in_hands
 
 from .console import json_text, print_json, say, show
@@ -20,9 +20,6 @@ from .grasp.jaw_frame import GraspedFrame, grasp_frame
 from .grasp.jaw_table import frame_json, grasp_rows, grasp_table, object_notes
 from .output_files import make_folder, write_picture, write_text
 from .perceived_frame import check_usable, load_kernels
-
-if TYPE_CHECKING:
-    from eyehand.grasping import ParallelHand
 
 MAX_CALIBRATION_ERROR = 50.0
 """Maximum of --calibration-error, mm."""

@@ -3,25 +3,21 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import cv2
 import numpy as np
 from cyclopts import Parameter
+from numpy.typing import NDArray
 
 from eyehand.errors import InputError
-from eyehand.grasping.hands import FileChoices, describe_hand, hand_json, write_hand
+from eyehand.grasping.hands import DescribedHand, FileChoices, describe_hand, hand_json, write_hand
 
 from .console import print_text, say
 from .frame_masks import Numbers
 from .grasp.jaw_shapes import CORNERS
 from .grasp.painted_view import PaintedView
 from .output_files import make_folder, write_picture
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from eyehand.grasping.hands import DescribedHand
 
 SUFFIXES = {"--output": ".json", "--picture": ".png"}
 PAIR = 2

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,16 +14,13 @@ from eyehand.perception import (
     DepthFrame,
     PerceiveOptions,
     Scene,
+    Segmentation,
     kernels_are_cached,
     perceive,
     warm_up,
 )
 
 from .console import say
-
-if TYPE_CHECKING:
-    from eyehand.perception import Segmentation
-
 
 CAMERA_UP = (0.0, -1.0, 0.0)
 """Up direction in the camera frame when neither gravity nor a camera pose is known."""

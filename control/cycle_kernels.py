@@ -8,10 +8,11 @@ be satisfied, or a number is not finite. The caller then runs the same functions
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from .braking_kernels import Brake, advance_of, joint_bounds
 from .distance_bounds import (
@@ -36,9 +37,6 @@ from .tasks.joint_centring import centring_slope
 from .tasks.kernel_task import TASK_ROWS, Frame, Output
 from .tasks.registry import MISFIT, evaluate_task
 from .way_kernels import Arm, add_way_bounds, needed_distances, way_postures
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 UNSETTLED = -1
 """Return value of the kernel if the cycle has to be computed step by step."""

@@ -11,18 +11,16 @@ as well: an arm at 2 rad/s needs 0.3 rad to brake, and may end clear beyond an e
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from .braking_kernels import ACCELERATION, Brake
 from .packed_options import DAMPER, DT, MARGIN
 from .proximity_kernels import distance_row
 from .safety_kernels import SLACK, min_distance_rate
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 APPROACHING = 0.01
 """Minimum speed of an obstacle towards the arm that counts as an approach, m/s."""

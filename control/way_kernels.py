@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from .braking_kernels import ACCELERATION, brake_cycles, braked_posture
 from .distance_bounds import APPROACHING, Chain, bounds_at_stop, distance_rows, limit_approach
@@ -15,9 +16,6 @@ from .packed_options import DAMPER, DT, INFLUENCE, MARGIN
 from .proximity_kernels import NEAR_COLUMNS, measure_near, update_held_geoms
 from .proximity_tables import BOUND, World
 from .safety_kernels import SLACK
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 MOVING = 1e-9
 """Minimum distance between the present posture and standstill, rad or m. Below it both count as

@@ -3,16 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
-from eyehand.perception import perpendicular_pair
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from eyehand.perception import Superquadric
+from eyehand.perception import Superquadric, perpendicular_pair
 
 DIRECTIONS = 90
 """Number of closing directions tried over half a turn, one every 2°."""

@@ -2,23 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.control import Box, ConvexMesh, Cylinder, Ellipsoid, Obstacle, Sphere
 from eyehand.errors import InputError
-from eyehand.perception import perpendicular_pair
+from eyehand.perception import Scene, SceneObject, Superquadric, Wall, perpendicular_pair
 from eyehand.perception.superquadric import mesh
 
 from .fit_uncertainty import max_side_std
 from .occlusion import Slab, hull_points, occluded_points, separating_slab
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from eyehand.perception import Scene, SceneObject, Superquadric, Wall
 
 TABLE = "table"
 """Name of the table among the obstacles."""

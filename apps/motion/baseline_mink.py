@@ -3,22 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from eyehand.data_synth.scenes import arm_spec, clearance_pairs, frame_views
+from eyehand.data_synth.scenes import ReachingScene, arm_spec, clearance_pairs, frame_views
 
 from .arm_choice import reaching_robot
-from .reach_outcome import ReachOptions, ReachOutcome, run_reach
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from eyehand.data_synth.scenes import ReachingScene
-
-    from .reach_outcome import Goal
+from .reach_outcome import Goal, ReachOptions, ReachOutcome, run_reach
 
 # The settings below have the best success on seeds 0 to 119. Most of them hardly matter.
 SOLVER = "daqp"

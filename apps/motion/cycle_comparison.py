@@ -4,23 +4,19 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from eyehand.control import ApproachController, CollisionOptions, ControlOptions
 from eyehand.control.tasks import Position
 from eyehand.data_synth import ReachingArm
-from eyehand.data_synth.scenes import make_reaching_scene
+from eyehand.data_synth.scenes import ReachingScene, make_reaching_scene
 
 from .baseline_mink import MinkMethod, MinkOptions
 from .reach_methods import CONTROLLERS, DEFAULT, reaching_world
 from .reach_outcome import ReachOptions
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from eyehand.data_synth.scenes import ReachingScene
 
 PAIRS = 30
 """Number of pairs of parts that are near enough to matter: typical of an arm with a hand."""

@@ -5,9 +5,10 @@ from __future__ import annotations
 import gc
 import time
 from itertools import count
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from eyehand.control import ControlOptions, PlannedApproach
 from eyehand.control.tasks import Position
@@ -15,9 +16,6 @@ from eyehand.data_synth import ReachingArm
 from eyehand.data_synth.scenes import make_reaching_scene
 
 from .reach_methods import reaching_world
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 PERIOD_S = 1e-3
 """Period of the control loop, s."""

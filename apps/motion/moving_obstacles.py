@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.control import ApproachController
@@ -19,9 +20,6 @@ from eyehand.data_synth.scenes import (
 from eyehand.errors import InputError
 
 from .reach_methods import CONTROLLERS, DEFAULT, reaching_world
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 SPEEDS = (0.25, 0.5)
 """Speeds of the solids, m/s: of people beside the arm, and of conveyors."""

@@ -4,24 +4,19 @@ from __future__ import annotations
 
 import time
 from collections import deque
+from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Literal, Protocol
+from typing import Literal, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from eyehand.data_synth import ReachingArm
-from eyehand.data_synth.scenes import PLACES, ArmClearance, Place
+from eyehand.data_synth.scenes import PLACES, ArmClearance, Place, ReachingScene
 from eyehand.errors import InputError
 
 from .arm_choice import reaching_robot
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from numpy.typing import NDArray
-
-    from eyehand.data_synth.scenes import ReachingScene
 
 REACHED_M = 1e-3
 """Distance from the goal at which it is reached, m. A hand's fingers compensate for it."""

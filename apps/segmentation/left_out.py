@@ -10,9 +10,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from eyehand.apps.console import print_json, say, show, tracked
@@ -26,9 +27,6 @@ from ..perceived_frame import load_kernels
 from ..run_folder import claim_folder
 from .kinds import JudgedFrame, KindFrame, KindOptions, open_kinds, score_by_kind
 from .tuned_constants import JOIN, OTHERS, Constant, log_odds, replaced, stage_module
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 FACTORS = (0.75, 1.33)
 """Factors of each constant in the search."""

@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import lru_cache
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
 from eyehand.data_synth.pad import SENSORS, Foam, PlacedObject, pad_scene, toy_box
 from eyehand.tactile import ServoOptions, Timing, identify_timing
 
 from .arm_rig import CYCLE, ArmRig, RigOptions, SensorName, home_pose
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from numpy.typing import NDArray
 
 SEED = 20000
 """Seed of the pad that is commissioned: no experiment uses it."""

@@ -10,24 +10,19 @@ from __future__ import annotations
 import difflib
 import math
 import os
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.errors import InputError
-from eyehand.grasping import load_hand
+from eyehand.grasping import ParallelHand, load_hand
 from eyehand.grasping.hands import describe_hand
 
 from .arm_check import check_arm, check_rest_posture
 from .grasp_robot import GraspRobot
 from .jaw_assembly import TOOL_FRAME
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from eyehand.grasping import ParallelHand
 
 FOLDER_VARIABLE = "EYEHAND_ROBOTS"
 """Environment variable with the folder of the robots' files."""

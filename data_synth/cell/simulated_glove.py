@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.errors import InputError
@@ -13,14 +14,9 @@ from eyehand.tactile import Glove, TactileArray
 from eyehand.tactile.sensors import SensorInfo, TactileFrame
 
 from ..mujoco_import import import_mujoco
-from ..pad import SENSORS
+from ..pad import SENSORS, SensorModel
 from ..pad.calibration_bench import MAX_LOAD_PA as PAD_MAX_LOAD_PA
 from ..pad.sensor_memory import SensorMemory
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from ..pad import SensorModel
 
 PITCH_M = 0.005
 """Greatest distance between tactels. Each face has as many as cover it."""

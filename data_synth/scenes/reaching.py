@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.errors import InputError
@@ -14,9 +15,6 @@ from eyehand.errors import InputError
 from ..arms import ReachingArm
 from .arm_clearance import INCLUDED, ArmClearance, ReachingObstacle
 from .tight_places import PLACES, Place, furniture, suits
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 MAX_BOXES = 12
 """Maximum number of boxes. With more, few postures are free of contact."""

@@ -2,12 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-from eyehand.grasping import ParallelHand, plan_hold
-
-if TYPE_CHECKING:
-    from eyehand.grasping import HandModel, SelectedGrasp
+from eyehand.grasping import HandModel, ParallelHand, SelectedGrasp, plan_hold
 
 
 def predicted_hold(choice: SelectedGrasp, hand: HandModel | ParallelHand) -> float | None:

@@ -3,21 +3,15 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
 from eyehand.data_synth.scenes import MeshObject, TabletopObject, hull_volume
-from eyehand.grasping import ClearReport
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Iterable, Sequence
-
-    from numpy.typing import NDArray
-
-    from eyehand.grasping import Cell
+from eyehand.grasping import Cell, ClearReport
 
 REFUSED, UNREACHABLE, UNSEEN, DOUBT, FAULT = "refused", "unreachable", "unseen", "doubt", "fault"
 """Outcomes: no grasp is suitable; no grasp is reachable; perception did not find the object; an
