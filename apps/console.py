@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import sys
+import time
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -14,6 +15,9 @@ if TYPE_CHECKING:
 
     from rich.console import Console
     from rich.table import Table
+
+LINE_S = 20.0
+"""Time between two lines of progress without a terminal, s."""
 
 
 def stderr_console() -> Console:
@@ -73,18 +77,19 @@ def json_text(
 
 
 def tracked(items: Iterable[Any], what: str, total: int | None = None) -> Iterator[Any]:
-    """Iterate with a progress bar on stderr if stderr is a terminal."""
+    """Iterate with a progress bar on stderr, or with a line every `LINE_S` without a terminal."""
     from rich.progress import track
 
     console = stderr_console()
-    yield from track(
-        items,
-        description=what,
-        total=total,
-        console=console,
-        disable=not console.is_terminal,
-        transient=True,
-    )
+    if console.is_terminal:
+        yield from track(items, description=what, total=total, console=console, transient=True)
+        return
+    said = time.monotonic()
+    for done, item in enumerate(items, 1):
+        yield item
+        if time.monotonic() - said > LINE_S:
+            say(f"{what}: {done}" + (f" of {total}" if total else ""))
+            said = time.monotonic()
 
 
 def wide_table(

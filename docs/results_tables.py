@@ -11,8 +11,8 @@ A page names the columns of a table before it. Each is a heading and a format of
     <!-- results NAME: scenes={name} | successful picks={success_pct:.1f} % -->
     <!-- end of results -->
 
-`results NAME where FIELD=VALUE:` keeps the rows with this value. Values that are unknown, or that
-only other rows have, are shown as -.
+`results NAME where FIELD=VALUE or VALUE:` keeps the rows with these values. Values that are
+unknown, or that only other rows have, are shown as -.
 """
 
 from __future__ import annotations
@@ -97,7 +97,11 @@ def table(content: dict[str, Any], columns: str, where: Mapping[str, str]) -> st
     lines = [[heading for heading, _ in pairs], ["---"] * len(pairs)]
     fields = dict.fromkeys(field for row in report["rows"] for field in row)
     rows = [fields | row for row in report["rows"]]
-    kept = [row for row in rows if all(row.get(key) == value for key, value in where.items())]
+    kept = [
+        row
+        for row in rows
+        if all(row.get(key) in values.split(" or ") for key, values in where.items())
+    ]
     if not kept:
         raise ValueError(f"no row of {content['command']!r} has {dict(where)}")
     lines += [[_filled(form, row) for _, form in pairs] for row in kept]

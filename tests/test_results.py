@@ -55,3 +55,7 @@ def test_rows_are_chosen_by_a_field_and_unknown_values_are_dashes(tmp_path):
         PAGE.replace("results one:", "results one where name=b:"), tmp_path
     )
     assert "| --- | --- |\n| b | - % |\n| b | - % |\n" in text
+    text = TABLES["with_tables"](
+        PAGE.replace("results one:", "results one where name=b or a:"), tmp_path
+    )
+    assert "| --- | --- |\n| a | 1.0 % |\n| b | - % |\n| b | - % |\n" in text

@@ -18,8 +18,6 @@ SUFFIX = ".mcap"
 """Suffix of recordings."""
 TOPIC, TF = "/camera/depth", "/tf"
 """Topics of the depth images and of the camera's pose."""
-RGB = "rgb8"
-"""Encoding of the colour images."""
 WORLD, CAMERA = "world", "camera"
 """Names of the coordinate frames."""
 
@@ -74,7 +72,7 @@ def write_ros_frame(
         pose = ros_transform(seconds, WORLD, CAMERA, frame.T_world_camera)
         writer.write(TF, "tf2_msgs/TFMessage", {"transforms": [pose]}, seconds)
     if frame.colour is not None:
-        colour = {"encoding": RGB, "step": 3 * k.width, "data": frame.colour.tobytes()}
+        colour = {"encoding": "rgb8", "step": 3 * k.width, "data": frame.colour.tobytes()}
         writer.write(colour_topic(topic), "sensor_msgs/Image", head | image | colour, seconds)
     depth = {"data": np.ascontiguousarray(frame.depth, "<f4").tobytes()}
     writer.write(topic, "sensor_msgs/Image", head | image | depth, seconds)

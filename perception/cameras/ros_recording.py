@@ -21,7 +21,7 @@ from ..io.input_file import naming
 from ..io.intrinsics import CameraFile, intrinsics_from_matrix, read_camera_file
 from ..io.png import decode_depth
 from .mcap_file import check_mcap
-from .ros_frames import RGB, TF, WORLD, colour_topic
+from .ros_frames import TF, WORLD, colour_topic
 from .ros_messages import load_ros
 
 IMAGE, COMPRESSED, INFO = (
@@ -29,6 +29,8 @@ IMAGE, COMPRESSED, INFO = (
 )
 DTYPES = {"16UC1": "u2", "mono16": "u2", "32FC1": "f4"}
 """Encodings of depth images: whole mm, or m."""
+COLOURS = {"rgb8": [0, 1, 2], "bgr8": [2, 1, 0], "rgba8": [0, 1, 2], "bgra8": [2, 1, 0]}
+"""Encodings of colour images, with the places of red, green and blue."""
 COMPRESSED_HEAD = struct.Struct("<iff")
 """Start of a compressedDepth image: format, and the two parameters of its quantised depth."""
 PINHOLE = ("plumb_bob", "rational_polynomial", "")
@@ -229,11 +231,22 @@ def _depth(message: Any) -> NDArray[np.float32]:
 
 def _colour_of(depth: Any, colour: Any) -> NDArray[np.uint8] | None:
     """Return the colour (H, W, 3) of a depth image; None if the images were not taken together."""
+    if colour.encoding not in COLOURS:
+        raise InputError(
+            f"its colour image has encoding {colour.encoding!r}, expected {', '.join(COLOURS)}"
+        )
     taken, beside = depth.header.stamp, colour.header.stamp
-    if (taken.sec, taken.nanosec) != (beside.sec, beside.nanosec) or colour.encoding != RGB:
+    if (taken.sec, taken.nanosec) != (beside.sec, beside.nanosec):
         return None
-    size = (depth.height, depth.width, 3)
-    return np.frombuffer(bytes(colour.data), np.uint8).reshape(size).copy()
+    if (colour.width, colour.height) != (depth.width, depth.height):
+        raise InputError(
+            f"its colour image has {colour.width}x{colour.height} px, expected the "
+            f"{depth.width}x{depth.height} px of the depth"
+        )
+    channels = len(colour.encoding) - 1  # of rgb8: 3, of rgba8: 4
+    rows = np.frombuffer(bytes(colour.data), np.uint8).reshape(colour.height, colour.step)
+    pixels = rows[:, : channels * colour.width].reshape(colour.height, colour.width, channels)
+    return pixels[..., COLOURS[colour.encoding]]
 
 
 def _world_poses(message: Any) -> dict[str, RigidTransform]:

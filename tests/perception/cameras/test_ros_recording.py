@@ -102,6 +102,37 @@ def test_colour_and_pose_are_read_back(tmp_path, depth):
     assert bare.colour is None
 
 
+def write_colour(path, depth, pixels, encoding, **changes):
+    """Write one colour image and a depth image of the same time."""
+    info, colour = camera_info(), image(pixels, encoding, **changes)
+    with ros_writer(path) as writer:
+        writer.write("/camera/depth/camera_info", "sensor_msgs/CameraInfo", info, 0.0)
+        writer.write("/camera/depth/colour", "sensor_msgs/Image", colour, 0.0)
+        writer.write(TOPIC, "sensor_msgs/Image", image(depth, "32FC1"), 0.0)
+    return path
+
+
+@pytest.mark.parametrize("encoding", ["rgb8", "bgr8", "rgba8", "bgra8"])
+def test_colours_of_all_orders_with_padded_rows(tmp_path, depth, encoding):
+    rgb = np.random.default_rng(0).integers(0, 256, (HEIGHT, WIDTH, 3), dtype=np.uint8)
+    pixels = np.full((HEIGHT, WIDTH + 2, len(encoding) - 1), 255, np.uint8)
+    pixels[:, :WIDTH, :3] = rgb[..., ::-1] if encoding.startswith("bgr") else rgb
+    read = only_frame(write_colour(tmp_path / "a.mcap", depth, pixels, encoding), topic=TOPIC)
+    assert read.colour is not None
+    np.testing.assert_array_equal(read.colour, rgb)
+
+
+@pytest.mark.parametrize(
+    ("encoding", "width", "message"),
+    [("yuv422", WIDTH, "encoding 'yuv422', expected rgb8, bgr8"), ("bgr8", 8, "8x48 px, expected")],
+)
+def test_colour_that_is_not_read_is_refused(tmp_path, depth, encoding, width, message):
+    pixels = np.zeros((HEIGHT, width, 3), np.uint8)
+    file = write_colour(tmp_path / "a.mcap", depth, pixels, encoding, width=width)
+    with pytest.raises(InputError, match=f"image 0 of {TOPIC}.* {message}"):
+        only_frame(file, topic=TOPIC)
+
+
 @pytest.mark.parametrize("order", ["<", ">"])
 def test_whole_millimetres_with_padded_rows(tmp_path, depth, order):
     padded = np.zeros((HEIGHT, WIDTH + 5), f"{order}u2")
