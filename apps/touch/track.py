@@ -157,11 +157,12 @@ def track_picture(
         Trials of all objects.
     rows
         Rows of Table 1, for the response times.
-    made
+    provenance
         Source of the figure for the footer.
     """
+    slowest = max(row["response_time_s"] for row in rows)
     figure, (above, below) = new_chart(
-        "Position and pressure converge in a third of a second",
+        f"Position and pressure converge within {slowest:.2f} s in the mean",
         "one servo setting; simulated arm and pad; grey: within 5 % of the goal; dots: mean "
         "response time",
         rows=2,

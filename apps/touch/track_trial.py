@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -41,6 +41,10 @@ GAPS = (0.001, 0.003)
 PRESSURE_BAND, POSITION_BAND = 0.05, 0.01
 """Maximum errors of a converged feature: a fraction of the goal, and pixels. The chapter does not
 state its own bounds. Its standard deviations are close to the first, and ten times the second."""
+LEAD = 0.01
+"""Lead of the derivative part if the readings arrive late, s. With the sensor `real`, in 9 landings
+on the pen, the highest peak was 2.6 times the goal without it and 1.16 with it; means of the
+response time were 0.42 and 0.43 s, and on the box 0.34 and 0.28 s."""
 HOLD = 0.25
 """Time for which the error must stay within the bound, s."""
 
@@ -80,7 +84,10 @@ def track_once(name: str, seed: int, seconds: float, sensor: SensorName = "good"
     placed = PlacedObject(OBJECTS[name](), RigidTransform.from_translation(place))
     options = RigOptions(image_rate=IMAGE_RATE, sensor=sensor)
     rig = ArmRig(pad_scene((placed,)), seed=seed, options=options)
-    phases = TouchPhases(TactileServo(ServoGoal(pressure=PRESSURE), options=commissioned(sensor)))
+    servo_options = commissioned(sensor)
+    if servo_options.latency > 1:
+        servo_options = replace(servo_options, derivative_time=LEAD)
+    phases = TouchPhases(TactileServo(ServoGoal(pressure=PRESSURE), options=servo_options))
     run = run_servo(rig, phases, seconds)
     if run.outcome is not None or not len(run.time):
         raise DeviceError(f"tracking ended early on {name} (seed {seed}): {run.outcome}")
