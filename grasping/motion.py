@@ -34,8 +34,8 @@ ROTATION_TASKS = (AxisAlignment, LookAt, Orientation)
 """Tasks whose error is an angle."""
 INFEASIBLE_SECONDS = 0.3
 """Time for which a motion may violate its margins, s. Shorter violations end by themselves."""
-RAMP_SECONDS = 0.15
-"""Time in which a motion reaches its full speed, s. Shorter ramps jerk the held object."""
+RAMP_SECONDS = 0.1
+"""Time in which a motion reaches its full speed, s."""
 TURN_SPEED = 3.5
 """Angular speed of the hand, rad/s."""
 GAIN = 12.0
@@ -76,6 +76,7 @@ def execute(
     *,
     command: Callable[[RobotReading], AnyCommand | None] | None = None,
     stop: Callable[[RobotReading], str] | None = None,
+    ramp_seconds: float = RAMP_SECONDS,
 ) -> MotionResult:
     """Move until the controller reaches its goal or the motion ends early, then stop the arm.
 
@@ -91,6 +92,8 @@ def execute(
         Function that computes the command of the hand in each cycle.
     stop
         Function that returns the reason to stop, or an empty string to continue.
+    ramp_seconds
+        Time in which the motion reaches its full speed, s.
     """
     start = cell.reading.time
     end = start + seconds
@@ -122,7 +125,7 @@ def execute(
                 "late", f"not reached after {seconds:g} s: errors {errors} (m or rad)"
             )
         # Zero velocity is safe, and so is every velocity between it and a safe one.
-        ramp = (reading.time - start + cell.robot.period) / RAMP_SECONDS
+        ramp = (reading.time - start + cell.robot.period) / ramp_seconds
         cell.step(min(ramp, 1.0) * cycle.velocity, command(reading) if command else None)
 
 

@@ -48,8 +48,8 @@ LIFT_SPEED = 0.35
 """Speed of the lift, of lowering and of moving off an object, m/s."""
 LIFT_SECONDS = 2.5
 """Time limit of such a motion, s."""
-OPEN_SECONDS = 0.25
-"""Time in which the hand opens, s."""
+OPEN_SECONDS, OPENED = 0.25, 0.02
+"""Maximum time in which the hand lets go, s, and the increase of its width at which it has, m."""
 GOAL_TOLERANCE = 0.004
 """Error at which a goal far from the object counts as reached, m or rad."""
 RETREAT_TOLERANCE = 0.01
@@ -261,7 +261,12 @@ class PickState:
         goal
             Goal of the palm, (3,), world, m. None moves back against the palm's direction.
         """
-        cell.wait(OPEN_SECONDS, cell.hand.opened())
+        held = cell.hand.width(cell.reading.hand)
+        end = cell.reading.time + OPEN_SECONDS
+        while cell.hand.width(cell.reading.hand) < held + OPENED and cell.reading.time < end:
+            if cell.halted:
+                break
+            cell.step(np.zeros(len(cell.robot.joints)), cell.hand.opened())
         palm = cell.palm_pose()
         back = palm.translation - self.retreat(cell) * palm.rotation.as_matrix()[:, 2]
         tasks = (Position(back if goal is None else goal), Orientation(palm.rotation))

@@ -33,6 +33,8 @@ MIN_WIDTH_SHARE = 0.3
 """Minimum distance of the fingertips that hold an object, as a share of the object's smallest
 extent. Off the middle of a round object the held chord is shorter, and the distance is known to a
 few mm only."""
+RAMP_SECONDS = 0.15
+"""Time in which a motion with a held object reaches its full speed, s. Shorter ramps jerk it."""
 MIN_LIFT_SHARE = 0.5
 """Minimum share of the lift height at which an arm that cannot rise further continues."""
 TRAY_CLEARANCE = 0.03
@@ -212,6 +214,7 @@ def _carry(
         cell.options.time_limit(seconds),
         command=lambda reading: state.grip_command(cell, reading),
         stop=stop,
+        ramp_seconds=RAMP_SECONDS,
     )
     return MotionResult("reached", "") if result.reason == NEAR_ENOUGH else result
 

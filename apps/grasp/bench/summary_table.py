@@ -16,7 +16,7 @@ NOTES = {"faults": "broke", "missing": "missing"}
 CAPTION = (
     "picks: grasps begun (in brackets: with refused, unreachable, undetected objects and broken "
     "scenes); success: successful share of these; cleared: share of the objects in the tray; both "
-    "with 95 % Wilson intervals. perceive, plan: medians per pick; s/pick: mean simulated time; "
+    "with 95 % Wilson intervals. perceive, plan: medians per pick; "
     "picks/h: successful picks per hour with computing, failures and ways home; touched: contacts "
     "with table or neighbours by mistake before a grasp; pushed: neighbours touched / grasps that "
     "may push them aside, the last resort; moved: 90th percentile of the object's motion from "
@@ -62,7 +62,6 @@ def table_cells(row: Mapping[str, Any]) -> list[str]:
         rate_text(row, "cleared_"),
         _text(row["perceive_ms"], 0, "ms"),
         _text(row["plan_ms"], 0, "ms"),
-        _text(row["seconds_per_pick"], 1, "s"),
         NO_VALUE if row["picks_per_hour"] is None else f"{row['picks_per_hour']:.0f}",
         f"{row['touched_before']}",
         f"{row['touched_pushing']}/{row['pushing_picks']}" if row["pushing_picks"] else NO_VALUE,
@@ -79,7 +78,6 @@ COLUMNS = (
     "cleared",
     "perceive",
     "plan",
-    "s/pick",
     "picks/h",
     "touched",
     "pushed",
