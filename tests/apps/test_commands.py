@@ -13,19 +13,12 @@ import numpy as np
 import pytest
 
 from eyehand.apps.command_table import COMMANDS
-from eyehand.apps.main import main
 from eyehand.perception import CameraIntrinsics, DepthFrame, read_frame, write_cloud, write_frame
 from eyehand.perception.cameras import write_ros_frames
 
+from .command_line import run_command as run
+
 SAMPLE = Path(__file__).resolve().parents[2] / "apps" / "sample" / "depth.png"
-
-
-def run(*arguments, capsys) -> tuple[int, str, str]:
-    """Run a command in this process; return exit code, stdout and stderr."""
-    with pytest.raises(SystemExit) as exit_info:
-        main([str(argument) for argument in arguments])
-    printed = capsys.readouterr()
-    return int(exit_info.value.code or 0), printed.out, printed.err
 
 
 def picture(path: Path) -> np.ndarray:

@@ -6,16 +6,18 @@ import signal
 import subprocess
 import sys
 import urllib.request
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import RigidTransform
 
-from eyehand.apps.main import main
 from eyehand.data_synth import import_mujoco
 from eyehand.perception import Superquadric, read_cloud, write_cloud
 from eyehand.perception.superquadric import PARAMETERS, sample_surface
+
+from .command_line import run_command
 
 SAMPLE = Path(__file__).resolve().parents[2] / "apps" / "sample" / "depth.png"
 INTERRUPTIBLE = (
@@ -40,12 +42,7 @@ def ball(tmp_path) -> Path:
     return write_cloud(tmp_path / "ball.ply", [0.0, 0.0, 0.04] + 0.04 * directions)
 
 
-def run(*arguments, capsys) -> tuple[int, str, str]:
-    """Run the command in this process; return exit code, stdout and stderr."""
-    with pytest.raises(SystemExit) as exit_info:
-        main(["fit", *(str(argument) for argument in arguments)])
-    printed = capsys.readouterr()
-    return int(exit_info.value.code or 0), printed.out, printed.err
+run = partial(run_command, "fit")
 
 
 def rejection(*arguments, capsys) -> str:

@@ -5,17 +5,10 @@ import json
 import numpy as np
 import pytest
 
-from eyehand.apps.main import main
 from eyehand.data_synth.scenes import hull_mesh, read_background
 from eyehand.perception import read_frame
 
-
-def run(*arguments, capsys) -> tuple[int, str, str]:
-    """Run a command in this process; return exit code, stdout and stderr."""
-    with pytest.raises(SystemExit) as exit_info:
-        main([str(argument) for argument in arguments])
-    printed = capsys.readouterr()
-    return int(exit_info.value.code or 0), printed.out, printed.err
+from .command_line import run_command as run
 
 
 @pytest.mark.parametrize("family", ["dropped", "piled"])

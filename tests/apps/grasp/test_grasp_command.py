@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from functools import partial
 from pathlib import Path
 
 import cv2
@@ -10,22 +11,17 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from eyehand.apps.main import main
 from eyehand.grasping.hands import built_in_hands, load_hand, write_hand
 from eyehand.perception import DepthFrame, read_frame, write_frame
 
 from ...browser import TWO_LOOKS, check_page
+from ..command_line import run_command
 
 NAMES = ", ".join(built_in_hands())
 SAMPLE = Path(__file__).resolve().parents[3] / "apps" / "sample" / "depth.png"
 
 
-def run(*arguments: object, capsys: pytest.CaptureFixture[str]) -> tuple[int, str, str]:
-    """Run the command in this process; return exit code, stdout and stderr."""
-    with pytest.raises(SystemExit) as exit_info:
-        main(["grasp", *(str(argument) for argument in arguments)])
-    printed = capsys.readouterr()
-    return int(exit_info.value.code or 0), printed.out, printed.err
+run = partial(run_command, "grasp")
 
 
 @pytest.fixture(scope="module")

@@ -2,11 +2,11 @@
 
 import csv
 import json
+from functools import partial
 
 import numpy as np
 import pytest
 
-from eyehand.apps.main import main
 from eyehand.apps.motion import evaluate
 from eyehand.apps.motion.cycle_comparison import cycle_rows
 from eyehand.apps.motion.loop_times import loop_row
@@ -22,13 +22,9 @@ from eyehand.control import JointPath
 from eyehand.data_synth.scenes import make_reaching_scene
 from eyehand.errors import InputError
 
+from ..command_line import run_command
 
-def run(*arguments, capsys) -> tuple[int, str, str]:
-    """Run the command in this process, and return exit code, stdout and stderr."""
-    with pytest.raises(SystemExit) as exit_info:
-        main(["evaluate", "motion", *(str(argument) for argument in arguments)])
-    printed = capsys.readouterr()
-    return int(exit_info.value.code or 0), printed.out, printed.err
+run = partial(run_command, "evaluate", "motion")
 
 
 def outcome(**changed) -> ReachOutcome:

@@ -3,13 +3,13 @@
 import csv
 import json
 from dataclasses import replace
+from functools import partial
 
 import cv2
 import numpy as np
 import pytest
 
 from eyehand.apps.bench import DialChart, FrontPlace, Measured, Method
-from eyehand.apps.main import main
 from eyehand.apps.segmentation import chart as chart_segmentation
 from eyehand.apps.segmentation.baselines import BASELINES
 from eyehand.apps.segmentation.chart import BOARD
@@ -17,13 +17,9 @@ from eyehand.apps.segmentation.comparison import FIGURES
 from eyehand.perception import DepthFrame, SegmentationOptions
 from eyehand.perception.segmentation import FRONT_FORMAT
 
+from ..command_line import check_refusal, run_command
 
-def run(*arguments, capsys) -> tuple[int, str, str]:
-    """Run the command in this process; return exit code, stdout and stderr."""
-    with pytest.raises(SystemExit) as exit_info:
-        main(["chart", "segmentation", *(str(argument) for argument in arguments)])
-    printed = capsys.readouterr()
-    return int(exit_info.value.code or 0), printed.out, printed.err
+run = partial(run_command, "chart", "segmentation")
 
 
 def test_charts_one_synthetic_frame(tmp_path, capsys, monkeypatch):
@@ -65,7 +61,8 @@ def test_charts_one_synthetic_frame(tmp_path, capsys, monkeypatch):
 
 
 def test_charts_folder_beside_synthetic_kind_without_baselines(tmp_path, capsys):
-    code, _, _ = run_synth(tmp_path / "data", capsys)
+    scene = tmp_path / "data" / "scene"
+    code, _, _ = run_command("synth", "--seed", 3, "--objects", 3, "--out", scene, capsys=capsys)
     assert code == 0
     code, out, _ = run(
         "--dataset", tmp_path / "data", "--kinds", "data", "--kinds", "empty", "--quick",
@@ -77,14 +74,6 @@ def test_charts_folder_beside_synthetic_kind_without_baselines(tmp_path, capsys)
     assert {row["method"] for row in report["rows"]} == {"eyehand"}
 
 
-def run_synth(folder, capsys) -> tuple[int, str, str]:
-    """Write a labelled frame with `eyehand synth`; return exit code, stdout and stderr."""
-    with pytest.raises(SystemExit) as exit_info:
-        main(["synth", "--seed", "3", "--objects", "3", "--out", str(folder / "scene")])
-    printed = capsys.readouterr()
-    return int(exit_info.value.code or 0), printed.out, printed.err
-
-
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
@@ -94,12 +83,7 @@ def run_synth(folder, capsys) -> tuple[int, str, str]:
     ],
 )
 def test_invalid_arguments_give_one_line_error(arguments, message, tmp_path, capsys):
-    code, out, err = run(*arguments, "--out", tmp_path / "out", capsys=capsys)
-    assert code == 2
-    assert message in err
-    assert len(err.strip().splitlines()) == 1
-    assert out == ""
-    assert not (tmp_path / "out").exists()
+    check_refusal(run, arguments, message, tmp_path / "out", capsys)
 
 
 def find_nothing(frame: DepthFrame) -> np.ndarray:

@@ -2,21 +2,17 @@
 
 import csv
 import json
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from eyehand.apps.main import main
 from eyehand.data_synth import DepthNoise, TabletopOptions, make_scene, render_frame
 
+from ..command_line import run_command
 
-def run(*arguments, capsys) -> tuple[int, str, str]:
-    """Run the command in this process; return exit code, stdout and stderr."""
-    with pytest.raises(SystemExit) as exit_info:
-        main(["evaluate", "segmentation", *(str(argument) for argument in arguments)])
-    printed = capsys.readouterr()
-    return int(exit_info.value.code or 0), printed.out, printed.err
+run = partial(run_command, "evaluate", "segmentation")
 
 
 @pytest.fixture(scope="module")

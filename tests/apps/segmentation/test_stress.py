@@ -1,20 +1,16 @@
 """`eyehand stress segmentation`: output, files and exit codes."""
 
 import json
+from functools import partial
 
 import pytest
 
-from eyehand.apps.main import main
+from ..command_line import check_refusal, run_command
 
 FILES = ["breaking.png", "stress.csv", "stress.png"]
 
 
-def run(*arguments, capsys) -> tuple[int, str, str]:
-    """Run the command; return exit code, stdout and stderr."""
-    with pytest.raises(SystemExit) as exit_info:
-        main(["stress", "segmentation", *map(str, arguments)])
-    printed = capsys.readouterr()
-    return int(exit_info.value.code or 0), printed.out, printed.err
+run = partial(run_command, "stress", "segmentation")
 
 
 def test_command_reports_break_points_and_writes_files(tmp_path, capsys):
@@ -66,8 +62,4 @@ def test_broken_bound_is_named_and_gives_exit_code_1(tmp_path, capsys):
     ],
 )
 def test_invalid_arguments_give_one_line_error(arguments, message, tmp_path, capsys):
-    code, out, err = run(*arguments, "--out", tmp_path / "none", capsys=capsys)
-    assert (code, out) == (2, "")
-    assert message in err
-    assert len(err.strip().splitlines()) == 1
-    assert not (tmp_path / "none").exists()
+    check_refusal(run, arguments, message, tmp_path / "none", capsys)

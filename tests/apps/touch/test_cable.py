@@ -27,13 +27,6 @@ def test_path_follows_cable_to_its_end(tmp_path, run_experiment):
         assert len(list(csv.DictReader(file))) == 4
 
 
-@pytest.mark.parametrize("option", [("--trials", 0), ("--seed", -1)])
-def test_invalid_option_value_exits_with_code_2(option, run_experiment):
-    code, _, err = run_experiment("cable", *option)
-    assert code == 2
-    assert option[0] in err
-
-
 @pytest.mark.parametrize("seed", range(4))
 def test_cable_line_has_stated_spacing_and_curvature(seed):
     shape, again = cable_shape(seed), cable_shape(seed)

@@ -24,13 +24,6 @@ def test_probe_position_between_tactels_is_accurate(tmp_path, run_experiment):
     assert max(real) - min(real) == pytest.approx(5.0, abs=0.05)
 
 
-@pytest.mark.parametrize("option", [("--trials", 0), ("--seed", -1)])
-def test_invalid_option_value_exits_with_code_2(option, run_experiment):
-    code, _, err = run_experiment("cop", *option)
-    assert code == 2
-    assert option[0] in err
-
-
 def test_probe_row_summarises_errors_of_all_paths():
     real = np.zeros((2, 2))
     one = ProbePath(real, np.array([[3e-5, 4e-5], [0.0, 0.0]]), np.ones(2))

@@ -31,13 +31,6 @@ def test_pad_aligns_with_edge_and_follows_its_rotation(tmp_path, run_experiment)
         assert len(list(csv.DictReader(file))) == 2
 
 
-@pytest.mark.parametrize("option", [("--trials", 0), ("--seed", -1)])
-def test_invalid_option_value_exits_with_code_2(option, run_experiment):
-    code, _, err = run_experiment("edge", *option)
-    assert code == 2
-    assert option[0] in err
-
-
 def test_trial_that_ends_early_is_named_and_leaves_the_others():
     lasted = EdgeRun(20.0, 0.1, TIMES, TIMES, 20.0 * np.exp(-9 * TIMES), TIMES, DONE)
     ended = run_edge(1, "harsh")

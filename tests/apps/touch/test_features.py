@@ -33,13 +33,6 @@ def test_moments_and_weighted_centre_are_most_accurate_and_files_are_written(
         assert len(list(csv.DictReader(file))) == len(rows)
 
 
-@pytest.mark.parametrize("option", [("--imprints", 1), ("--seed", -1)])
-def test_invalid_option_value_exits_with_code_2(option, run_experiment):
-    code, _, err = run_experiment("features", *option)
-    assert code == 2
-    assert option[0] in err
-
-
 @pytest.mark.parametrize("kind", ["short line", "crossing line", "probe"])
 def test_imprints_are_repeatable_and_match_their_ground_truth(kind):
     first, again = (list(imprints(PAD, kind, 3, 5)) for _ in range(2))

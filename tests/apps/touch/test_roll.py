@@ -33,10 +33,3 @@ def test_landing_that_ends_early_leaves_the_others():
     assert (row["trials"], row["ended_early"], row["outcomes"]) == (1, 1, "oscillation")
     with pytest.raises(DeviceError, match="all 1 landings ended early: oscillation"):
         roll_row([ended])
-
-
-@pytest.mark.parametrize("option", [("--trials", 0), ("--seed", -1)])
-def test_invalid_option_value_exits_with_code_2(option, run_experiment):
-    code, _, err = run_experiment("roll", *option)
-    assert code == 2
-    assert option[0] in err

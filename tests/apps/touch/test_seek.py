@@ -31,13 +31,6 @@ def test_corners_of_prism_and_ends_of_ridge_are_found(tmp_path, run_experiment):
     assert [spot["kind"] for spot in spots] == ["edge", *["corner"] * 5, "ridge", "end", "end"]
 
 
-@pytest.mark.parametrize("option", [("--only", "cow"), ("--seed", -1)])
-def test_invalid_option_value_exits_with_code_2(option, run_experiment):
-    code, _, err = run_experiment("seek", *option)
-    assert code == 2
-    assert option[0] in err
-
-
 @pytest.mark.parametrize("name", ["box", "prism", "bend", "disc"])
 def test_outline_is_border_of_top_face(name):
     shape = SHAPES[name]()

@@ -28,13 +28,6 @@ def test_one_setting_tracks_pen_box_and_ball(tmp_path, run_experiment):
         assert [row["name"] for row in csv.DictReader(file)] == list(rows)
 
 
-@pytest.mark.parametrize("option", [("--trials", 0), ("--seed", -1)])
-def test_invalid_option_value_exits_with_code_2(option, run_experiment):
-    code, _, err = run_experiment("track", *option)
-    assert code == 2
-    assert option[0] in err
-
-
 def test_converged_returns_start_of_lasting_small_error():
     time = np.linspace(0.0, 0.996, 250)
     error = np.where(time < 0.1, 1.0, 0.01)

@@ -7,17 +7,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
-from hypothesis.extra import numpy as hnp
 
 from eyehand.apps.open3d_import import import_open3d
 from eyehand.errors import InputError
-from eyehand.perception.io.ply import ply_bytes, read_ply
+from eyehand.perception.io.ply import read_ply
 from eyehand.perception.io.point_table import PointTable
 
-POINTS = np.array([[1, 2, 3], [np.nan, np.nan, np.nan], [4, 5, 6], [7, 8, 9.5]], dtype=np.float32)
-COLOURS = np.array([[10, 20, 30], [0, 0, 0], [255, 0, 1], [7, 8, 9]], dtype=np.uint8)
 RGB = "property uchar red\nproperty uchar green\nproperty uchar blue\n"
 
 
@@ -31,34 +26,6 @@ def _header(form: str = "ascii", count: int = 2, before: str = "", after: str = 
 def _read(tmp_path: Path, data: bytes) -> PointTable:
     (tmp_path / "a.ply").write_bytes(data)
     return read_ply(tmp_path / "a.ply")
-
-
-@settings(deadline=None, max_examples=30)
-@given(
-    points=hnp.arrays(np.float32, st.tuples(st.integers(1, 12), st.just(3))),
-    coloured=st.booleans(),
-)
-def test_written_cloud_is_read_back_exactly(
-    tmp_path_factory: pytest.TempPathFactory, points: np.ndarray, coloured: bool
-) -> None:
-    points[np.isinf(points)] = np.nan
-    colours = (np.arange(points.size) * 37 % 256).astype(np.uint8).reshape(points.shape)
-    table = PointTable(points, colours if coloured else None, len(points), 1)
-    back = _read(tmp_path_factory.mktemp("ply"), ply_bytes(table))
-    np.testing.assert_array_equal(back.points, points)
-    assert (back.width, back.height) == (len(points), 1)
-    if coloured:
-        np.testing.assert_array_equal(back.colours, colours)
-    else:
-        assert back.colours is None
-
-
-def test_open3d_reads_written_file(tmp_path: Path) -> None:
-    path = tmp_path / "a.ply"
-    path.write_bytes(ply_bytes(PointTable(POINTS, COLOURS, 2, 2)))
-    cloud = import_open3d().io.read_point_cloud(str(path), remove_nan_points=False)
-    np.testing.assert_array_equal(np.asarray(cloud.points), POINTS)
-    np.testing.assert_array_equal(np.rint(np.asarray(cloud.colors) * 255), COLOURS)
 
 
 @pytest.mark.parametrize("ascii_form", [False, True])
@@ -169,10 +136,3 @@ BINARY = _header("binary_little_endian") + struct.pack("<6f", *range(6))
 def test_broken_files_are_rejected(tmp_path: Path, data: bytes, message: str) -> None:
     with pytest.raises(InputError, match=message):
         _read(tmp_path, data)
-
-
-def test_truncated_binary_file_is_rejected(tmp_path: Path) -> None:
-    whole = ply_bytes(PointTable(POINTS, COLOURS, 2, 2))
-    for keep in range(len(whole)):
-        with pytest.raises(InputError):
-            _read(tmp_path, whole[:keep])

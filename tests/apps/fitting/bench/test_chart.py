@@ -2,6 +2,7 @@
 
 import csv
 import json
+from functools import partial
 
 import cv2
 import numpy as np
@@ -17,9 +18,10 @@ from eyehand.apps.fitting.bench.household_meshes import HouseholdMesh
 from eyehand.apps.fitting.bench.mesh_cases import MeshTruth, case_iou, mesh_case
 from eyehand.apps.fitting.bench.mesh_views import PlacedMesh, mesh_views
 from eyehand.apps.fitting.bench.score import overlap
-from eyehand.apps.main import main
 from eyehand.perception import FitOptions, Superquadric
 from eyehand.perception.superquadric import FRONT_FORMAT, mesh
+
+from ...command_line import check_refusal, run_command
 
 
 def ball(points, view_origin, support_plane):
@@ -29,12 +31,7 @@ def ball(points, view_origin, support_plane):
     return Superquadric(np.full(3, radius), (1.0, 1.0), pose)
 
 
-def run(*arguments, capsys) -> tuple[int, str, str]:
-    """Run the command in this process; return exit code, stdout and stderr."""
-    with pytest.raises(SystemExit) as exit_info:
-        main(["chart", "fit", *(str(argument) for argument in arguments)])
-    printed = capsys.readouterr()
-    return int(exit_info.value.code or 0), printed.out, printed.err
+run = partial(run_command, "chart", "fit")
 
 
 def test_quick_chart_with_a_baseline(tmp_path, capsys):
@@ -77,12 +74,7 @@ def test_quick_chart_with_a_baseline(tmp_path, capsys):
     ],
 )
 def test_invalid_arguments_give_one_line_error(arguments, message, tmp_path, capsys):
-    code, out, err = run(*arguments, "--out", tmp_path / "out", capsys=capsys)
-    assert code == 2
-    assert message in err
-    assert len(err.strip().splitlines()) == 1
-    assert out == ""
-    assert not (tmp_path / "out").exists()
+    check_refusal(run, arguments, message, tmp_path / "out", capsys)
 
 
 def test_household_meshes_are_a_group_of_the_chart(tmp_path, capsys):

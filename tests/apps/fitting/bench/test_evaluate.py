@@ -2,6 +2,7 @@
 
 import csv
 import json
+from functools import partial
 from typing import get_args
 
 import numpy as np
@@ -10,8 +11,9 @@ from scipy.spatial.transform import RigidTransform
 
 from eyehand.apps.fitting.bench.clouds import Group
 from eyehand.apps.fitting.bench.comparison import summary_rows
-from eyehand.apps.main import main
 from eyehand.perception import FitOptions, Superquadric, SuperquadricFit, fit_superquadric
+
+from ...command_line import check_refusal, run_command
 
 HERE = f"{__name__}:"
 
@@ -38,12 +40,7 @@ def forgets(points, view_origin, support_plane):
     return points.mean(axis=0)
 
 
-def run(*arguments, capsys) -> tuple[int, str, str]:
-    """Run the command in this process; return exit code, stdout and stderr."""
-    with pytest.raises(SystemExit) as exit_info:
-        main(["evaluate", "fit", *(str(argument) for argument in arguments)])
-    printed = capsys.readouterr()
-    return int(exit_info.value.code or 0), printed.out, printed.err
+run = partial(run_command, "evaluate", "fit")
 
 
 def test_quick_run_prints_a_row_per_group(tmp_path, capsys):
@@ -116,12 +113,7 @@ def test_options_are_passed_to_the_fit(tmp_path, capsys, monkeypatch):
     ],
 )
 def test_invalid_arguments_give_one_line_error(arguments, message, tmp_path, capsys):
-    code, out, err = run(*arguments, "--out", tmp_path / "out", capsys=capsys)
-    assert code == 2
-    assert message in err
-    assert len(err.strip().splitlines()) == 1
-    assert out == ""
-    assert not (tmp_path / "out").exists()
+    check_refusal(run, arguments, message, tmp_path / "out", capsys)
 
 
 def test_baseline_with_a_wrong_return_type_is_rejected(tmp_path, capsys):

@@ -2,6 +2,7 @@
 
 import csv
 import json
+from functools import partial
 from pathlib import Path
 
 import cv2
@@ -16,9 +17,10 @@ from eyehand.apps.fitting.bench.mesh_scenes import mesh_scenes, place_together
 from eyehand.apps.fitting.bench.mesh_score import NOT_FOUND, MeshScore
 from eyehand.apps.fitting.bench.mesh_trials import scene_trials, view_trials
 from eyehand.apps.fitting.bench.mesh_views import mesh_views
-from eyehand.apps.main import main
 from eyehand.perception import FitOptions, Superquadric
 from eyehand.perception.superquadric import mesh
+
+from ...command_line import run_command
 
 SHARED = Path(__file__).parents[4] / ".." / "shared" / "data" / "meshes"
 SIZES = {
@@ -50,12 +52,7 @@ def folder(tmp_path) -> Path:
     return made
 
 
-def run(*arguments, capsys) -> tuple[int, str, str]:
-    """Run the command in this process; return exit code, stdout and stderr."""
-    with pytest.raises(SystemExit) as exit_info:
-        main(["evaluate", "fit", *(str(argument) for argument in arguments)])
-    printed = capsys.readouterr()
-    return int(exit_info.value.code or 0), printed.out, printed.err
+run = partial(run_command, "evaluate", "fit")
 
 
 def ball(points, view_origin, support_plane) -> Superquadric:

@@ -1,21 +1,17 @@
 """`eyehand stress fit`: output, files and exit codes."""
 
 import json
+from functools import partial
 
 import pytest
 
 from eyehand.apps.bench import SweepStep, Trial
 from eyehand.apps.bench.shares import refused_pct
 from eyehand.apps.fitting.bench.stress import fit_stage, silent_pct
-from eyehand.apps.main import main
 
+from ...command_line import run_command
 
-def run(*arguments, capsys) -> tuple[int, str, str]:
-    """Run the command in this process; return exit code, stdout and stderr."""
-    with pytest.raises(SystemExit) as exit_info:
-        main(["stress", "fit", *map(str, arguments)])
-    printed = capsys.readouterr()
-    return int(exit_info.value.code or 0), printed.out, printed.err
+run = partial(run_command, "stress", "fit")
 
 
 def test_command_reports_break_points_and_writes_files(tmp_path, capsys):

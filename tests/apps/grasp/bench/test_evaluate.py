@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 import shlex
+from functools import partial
 from typing import Any
 
 import cv2
@@ -31,10 +32,10 @@ from eyehand.apps.grasp.bench.summary import (
     worst_scenes,
 )
 from eyehand.apps.grasp.bench.summary_table import table_cells
-from eyehand.apps.main import main
 from eyehand.errors import InputError
 
 from ....browser import check_page
+from ...command_line import check_refusal, run_command
 
 
 @pytest.fixture
@@ -45,14 +46,7 @@ def run(made_up, monkeypatch, capsys):
     # The code may change while tests run.
     for module in (evaluate_grasp, grasp_inputs):
         monkeypatch.setattr(module, "source_digest", lambda: "the same")
-
-    def run_command(*arguments) -> tuple[int, str, str]:
-        with pytest.raises(SystemExit) as exit_info:
-            main([str(argument) for argument in arguments])
-        printed = capsys.readouterr()
-        return int(exit_info.value.code or 0), printed.out, printed.err
-
-    return run_command
+    return partial(run_command, capsys=capsys)
 
 
 def records(made_up, conditions, seeds=range(4)):
@@ -181,12 +175,10 @@ def test_chart_draws_objects_from_folder(run, tmp_path):
         (["fti"], "fti"),
     ],
 )
-def test_invalid_input_of_evaluate_prints_one_line_and_exits_2(run, tmp_path, arguments, message):
-    code, out, err = run("evaluate", "grasp", *arguments, "--out", tmp_path / "out")
-    assert (code, out) == (2, "")
-    assert message in err
-    assert len(err.splitlines()) == 1
-    assert not (tmp_path / "out").exists()
+def test_invalid_input_of_evaluate_prints_one_line_and_exits_2(
+    run, arguments, message, tmp_path, capsys
+):
+    check_refusal(partial(run, "evaluate", "grasp"), arguments, message, tmp_path / "out", capsys)
 
 
 @pytest.mark.parametrize(
@@ -201,12 +193,10 @@ def test_invalid_input_of_evaluate_prints_one_line_and_exits_2(run, tmp_path, ar
         (["--cluster", "host"], "not an address"),
     ],
 )
-def test_invalid_input_of_chart_prints_one_line_and_exits_2(run, tmp_path, arguments, message):
-    code, out, err = run("chart", "grasp", *arguments, "--out", tmp_path / "out")
-    assert (code, out) == (2, "")
-    assert message in err
-    assert len(err.splitlines()) == 1
-    assert not (tmp_path / "out").exists()
+def test_invalid_input_of_chart_prints_one_line_and_exits_2(
+    run, arguments, message, tmp_path, capsys
+):
+    check_refusal(partial(run, "chart", "grasp"), arguments, message, tmp_path / "out", capsys)
 
 
 def test_invalid_robot_is_refused_before_run(run, tmp_path):
