@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import cv2
 import numpy as np
 
+from ..fitting.picture_scene import rgb
 from .force_plot import PHASE_COLOURS, force_colour
 
 if TYPE_CHECKING:
@@ -143,7 +144,7 @@ def _draw_meters(panel: NDArray[np.uint8], side: SidePanel, above: int, height: 
         over = force > METER_MAX
         filled = start + round((end - start) * min(force / METER_MAX, 1.0))
         if filled > start:
-            colour = _rgb(_force_colour(number, len(side.names)))
+            colour = rgb(_force_colour(number, len(side.names)))
             cv2.rectangle(panel, (start, top), (filled, top + bar), colour, cv2.FILLED)
         if over:
             cv2.rectangle(panel, (end - bar // 2, top), (end, top + bar), RED, cv2.FILLED)
@@ -163,7 +164,7 @@ def _draw_strip(frame: NDArray[np.uint8], caption: Caption) -> None:
     foot = height - strip // 2 + size // 3 + 1
     at = edge
     if caption.phase is not None:
-        colour = _rgb(PHASE_COLOURS[caption.phase])
+        colour = rgb(PHASE_COLOURS[caption.phase])
         wide, inside = _px(PHASE_LABEL, height), _px(9, height)
         corners = (at, height - strip + inside), (at + wide, height - inside - 1)
         cv2.rectangle(frame, *corners, colour, cv2.FILLED)
@@ -193,8 +194,3 @@ def _write(
 def _width(text: str, size: int) -> int:
     _, _, wide, _ = cv2.getTextSize((1, 1), text, (0, 0), cv2.FontFace("sans"), size)
     return int(wide)
-
-
-def _rgb(colour: str) -> tuple[int, int, int]:
-    red, green, blue = (int(colour[k : k + 2], 16) for k in (1, 3, 5))
-    return red, green, blue
