@@ -50,7 +50,6 @@ def chart_grasp(
     friction: float = 1.0,
     shake: float = 0.0,
     count: int = 5,
-    cross: bool = False,
     jobs: int | None = None,
     cluster: str = "",
     quick: bool = False,
@@ -81,8 +80,6 @@ def chart_grasp(
         Duration of the shake after each lift, s.
     count
         Number of objects of a packed or piled scene, 1 to 15.
-    cross
-        Combine every perception dial with every control dial, instead of changing each alone.
     jobs
         Number of parallel processes; default: the number of cores.
     cluster
@@ -110,7 +107,7 @@ def chart_grasp(
     seeds, count = checked_scenes(scenes, seed, count, quick=quick)
     check_condition(friction, shake)
     machines = checked_machines(jobs, cluster)
-    settings = [(DEFAULT, DEFAULT), FASTEST, MOST_RELIABLE] if quick else dial_settings(cross=cross)
+    settings = [(DEFAULT, DEFAULT), FASTEST, MOST_RELIABLE] if quick else dial_settings()
     conditions = [
         Condition(family, friction, shake, perception=perception, control=control)
         for perception, control in settings
@@ -161,10 +158,8 @@ def chart_grasp(
     return exit_code(done.records, plan.scene_jobs)
 
 
-def dial_settings(*, cross: bool) -> list[tuple[str, str]]:
+def dial_settings() -> list[tuple[str, str]]:
     """Return the pairs of perception and control dials to run, the default first."""
-    if cross:
-        return [(perception, control) for perception in PERCEPTION for control in CONTROL]
     alone = [(name, DEFAULT) for name in PERCEPTION] + [(DEFAULT, name) for name in CONTROL]
     return list(dict.fromkeys([*alone, FASTEST, MOST_RELIABLE]))
 
