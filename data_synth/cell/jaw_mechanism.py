@@ -8,9 +8,10 @@ positions at each width, and what each contributes to the closing force.
 from __future__ import annotations
 
 import functools
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,9 +22,6 @@ from eyehand.grasping.hands import JawPostures, describe_hand
 
 from ..mujoco_import import import_mujoco
 from .robot_file import compile_robot, read_robot
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
 
 SERVO_RATE = 150.0
 """Natural frequency of the servos of the motors, rad/s. A stiffer one needs a physics step below

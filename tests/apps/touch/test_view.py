@@ -17,12 +17,7 @@ from eyehand.apps.touch.view import touch_view
 from eyehand.apps.touch.view_sources import counts_calibration, open_source
 from eyehand.errors import DeviceError, InputError
 from eyehand.tactile import TactileArray, TactileImage, contact_features
-from eyehand.tactile.sensors import (
-    ContactSensor,
-    RecordedSensor,
-    TactileFrame,
-    record,
-)
+from eyehand.tactile.sensors import ContactSensor, RecordedSensor, TactileFrame, record
 
 from ...tactile.sensors.firmware import encode_serial
 
