@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from eyehand.control import RobotState
     from eyehand.perception import DepthFrame, Scene
 
     from .hands.hand_control import HandControl
@@ -104,9 +105,13 @@ class Cell:
             self._models[key] = RobotModel.load(described, robot.hand_frame, joints=robot.joints)
         return self._models[key]
 
+    def arm_state(self) -> RobotState:
+        """Return pose and Jacobian of the palm."""
+        return self._model_with_open_hand().at(self.reading.q)
+
     def palm_pose(self) -> RigidTransform:
         """Return the pose of the palm, T_world_palm."""
-        state = self._model_with_open_hand().at(self.reading.q)
+        state = self.arm_state()
         rotation = Rotation.from_matrix(state.rotation)
         return RigidTransform.from_components(state.position, rotation)
 

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from eyehand.control.tasks import AxisAlignment, Interval, Orientation, Position, Task
 
@@ -44,6 +45,8 @@ APPROACH_SECONDS = 3.0
 """Time limit of the approach, s."""
 CLOSE_SECONDS = 3.0
 """Time limit of closing the hand, s."""
+TARE_SECONDS = 0.06
+"""Time for which the wrist measures the empty hand before the grasp, s."""
 GRIP_SECONDS = 0.15
 """Time for which the grip settles before the lift, s."""
 
@@ -71,8 +74,22 @@ def pre_grasp(cell: Cell, state: PickState) -> PhaseFailure | None:
     # The step that stops the arm may move it out of the slack again.
     near_enough = result.reason == NEAR_ENOUGH or state.near_goal(cell, tasks, cell.reading.q)
     if result or near_enough:
+        state.tare = _tare(cell)
         return None
     return PhaseFailure("stuck", f"before the grasp: {result.reason}")
+
+
+def _tare(cell: Cell) -> NDArray[np.float64] | None:
+    """Return the mean measurement of the wrist with the empty hand, (6,); None without one."""
+    found: list[NDArray[np.float64]] = []
+
+    def note(reading: RobotReading) -> None:
+        if reading.wrench is not None:
+            found.append(reading.wrench)
+
+    if cell.reading.wrench is not None:
+        cell.wait(TARE_SECONDS, note)
+    return np.mean(found, axis=0) if found else None
 
 
 def _leave_tray(
@@ -129,7 +146,7 @@ def approach(cell: Cell, state: PickState) -> PhaseFailure | None:
             reason = f"{result.reason} touched something {distance * 1e3:.0f} mm before the grasp"
             return PhaseFailure("no_contact", reason)
         _shift(cell, state, side)
-        if not _back_off(cell, state):
+        if not back_off(cell, state):
             return PhaseFailure("stuck", f"backing off after a touch of {result.reason}")
     return None
 
@@ -157,7 +174,7 @@ def close(cell: Cell, state: PickState) -> PhaseFailure | None:
             return failure
         _shift(cell, state, side)
         shape = cell.hand.preshape(state.plan.opening, state.prototype)
-        if not _back_off(cell, state, shape):
+        if not back_off(cell, state, shape):
             return failure
         again = approach(cell, state) or contact(cell, state)
         if again is not None:
@@ -194,6 +211,7 @@ def grip(cell: Cell, state: PickState) -> PhaseFailure | None:
     """Wait until the grip force is constant."""
     cell.wait(GRIP_SECONDS, lambda reading: state.grip_command(cell, reading))
     state.T_palm_world_at_grasp = cell.palm_pose().inv()
+    state.follow_load(cell)
     return None
 
 
@@ -203,7 +221,7 @@ def _shift(cell: Cell, state: PickState, side: float) -> None:
     state.offset = state.offset + OFFSET_STEP * side * closing_axis
 
 
-def _back_off(cell: Cell, state: PickState, shape: AnyCommand | None = None) -> bool:
+def back_off(cell: Cell, state: PickState, shape: AnyCommand | None = None) -> bool:
     """Move back to the pre-grasp; return whether it was reached."""
     tasks = control_tasks(state.plan, cell.robot.hand, state.retreat(cell))
     controller = state.near(cell, tasks, APPROACH_SPEED)

@@ -106,7 +106,9 @@ class JoinedRobot:
     def read(self) -> RobotReading:
         """Return the current state without moving."""
         arm = self._state
-        return RobotReading(arm.time, arm.q, arm.velocity, self._hand_state, self._fault)
+        return RobotReading(
+            arm.time, arm.q, arm.velocity, self._hand_state, self._fault, arm.wrench
+        )
 
     def step(
         self, velocity: NDArray[np.float64], command: AnyCommand | None = None

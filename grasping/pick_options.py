@@ -42,6 +42,9 @@ class PickOptions:
     )
     """Options of planning grasps of grippers with two jaws. Several grasps of each object are
     planned, because the arm may not reach the best. The camera of a cell is calibrated."""
+    follow_load: bool = True
+    """Whether the grip follows the load that the wrist measures, instead of the estimated mass. It
+    needs a robot that measures `RobotReading.wrench`, and takes about half a second."""
     speed: float = 1.0
     """Factor on the speeds of the arm with an empty hand and during the lift. A factor below 1
     extends the time limits as well. Faster saves time, but hits unseen obstacles harder."""

@@ -19,6 +19,10 @@ from eyehand.control import (
 )
 from eyehand.control.tasks import Orientation, Position, Task
 
+from .hands import ParallelHand
+from .hands.closing import Closing
+from .held_grip import HeldGrip
+from .hold_quality import CONTACT_DEPTH
 from .motion import POSITION_SLACK, TURN_SPEED, execute, with_speed, within_slack
 from .obstacles import scene_obstacles, solid_obstacle
 
@@ -103,6 +107,12 @@ class PickState:
     """Whether the object is being lowered into the tray."""
     closing: ClosingController | None = None
     """Controller of the fingers; None before the hand closes."""
+    tare: NDArray[np.float64] | None = None
+    """Measurement of the wrist with the empty hand, (6,); None without this sense."""
+    held: HeldGrip | None = None
+    """Adjusts the grip to the measured load; None without a sense of it."""
+    regripped: bool = False
+    """Whether the object was grasped again nearer to its centre of mass."""
     T_palm_world_at_grasp: RigidTransform = field(default_factory=RigidTransform.identity)
     """Transform from world to palm at the time of the grasp. It maps the perceived pose of the
     object to its pose in the palm while the object is held."""
@@ -137,7 +147,22 @@ class PickState:
 
     def grip_command(self, cell: Cell, reading: RobotReading) -> AnyCommand | None:
         """Compute the next command of the closing hand; None before it closes."""
-        return self.closing.step(reading.hand, cell.robot.period) if self.closing else None
+        if self.closing is None:
+            return None
+        if self.held is not None:
+            self.held.update(cell, reading)
+        return self.closing.step(reading.hand, cell.robot.period)
+
+    def follow_load(self, cell: Cell) -> None:
+        """Adjust the grip to the load from now on, if hand and wrist measure forces."""
+        hand, closing = cell.robot.hand, self.closing
+        if self.tare is None or not isinstance(closing, Closing) or isinstance(hand, ParallelHand):
+            return
+        if cell.options.follow_load:
+            reach = hand.reach(cell.hand.width(cell.reading.hand)) - CONTACT_DEPTH
+            self.held = HeldGrip(
+                closing, self.prototype == "power", hand.row_offsets, self.tare, reach
+            )
 
     def near_goal(
         self,

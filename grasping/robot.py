@@ -32,6 +32,9 @@ class RobotReading:
     """Readings of the hand."""
     fault: str = ""
     """Reason why the robot stopped itself; empty without a fault."""
+    wrench: NDArray[np.float64] | None = None
+    """Force, N, and torque about the origin, Nm, on the hand by what it touches, (6,), in the
+    hand's frame. The driver subtracts weight and inertia of the hand. None without this sense."""
 
 
 @dataclass(frozen=True)
@@ -46,6 +49,8 @@ class ArmReading:
     """Joint velocities, (n,), rad/s."""
     fault: str = ""
     """Reason why the arm stopped itself; empty without a fault."""
+    wrench: NDArray[np.float64] | None = None
+    """As :attr:`RobotReading.wrench`, by a sensor in the wrist or from the joint torques."""
 
 
 class Arm(Protocol):

@@ -22,6 +22,7 @@ from .contact_record import ContactRecord
 from .fingertip_pads import FingertipPads
 from .grasp_cell import add_pedestal
 from .grasp_world import ROBOT_PREFIX, GraspWorld
+from .wrist_sensor import WristSensor
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -92,6 +93,7 @@ class SimRobot:
         fingers = () if isinstance(self._hand, ParallelHand) else self._hand.fingers
         self._tips = _tips(model, world.hand_prefix, fingers)
         self._touch = ContactRecord(model, data, world)
+        self._wrist = WristSensor(model, data, ROBOT_PREFIX + world.robot.frame, seed)
         self._warnings = [int(getattr(mujoco.mjtWarning, f"mjWARN_{w}")) for w in _WARNINGS]
         self._saved_state = np.empty(
             mujoco.mj_stateSize(model, mujoco.mjtState.mjSTATE_INTEGRATION)
@@ -157,6 +159,7 @@ class SimRobot:
             self._servos.speeds(),
             self._drives.reading(self._tips.read(data)),
             self._fault,
+            self._wrist.wrench,
         )
 
     def step(
@@ -197,6 +200,7 @@ class SimRobot:
             self._drives.apply()
             mujoco.mj_step(model, data)
             self._touch.record()
+        self._wrist.measure()
         self._fault = self._failure()
         if self._fault:
             mujoco.mj_setState(model, data, self._saved_state, whole)

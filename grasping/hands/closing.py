@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from eyehand.errors import InputError
 
 from ..prototypes import Prototype
-from .grip_options import GripOptions
+from .grip_options import TENSION_PER_TIP_FORCE, GripOptions
 from .hand_messages import AnyReading, DriveMode, HandCommand, HandReading
 from .hand_model import HandModel
 from .hand_names import PINCER_FINGER, THUMB, WRAP_DRIVES
@@ -61,6 +61,8 @@ GRIP_SECONDS = 2.0
 """Maximum time of the rise of the tension, s. A grip that still moves then counts as holding."""
 END_SECONDS = 0.3
 """Time at the end of their travel after which fingers without contact count as empty, s."""
+MIN_TENSION = 4.0
+"""Minimum tension of a finger that holds an object, N."""
 CAGE_WIDTH, CAGE_SECONDS = 0.045, 0.35
 """Opening, m, and time, s, of the cage: fingertips that met in front of a slim object at the palm
 open again and bend around it."""
@@ -157,6 +159,34 @@ class Closing:
             self.state = "empty"
         self._angles = reading.angles
         return HandCommand(tuple(self._modes), self._values.copy())
+
+    @property
+    def tension(self) -> float:
+        """Tension of each finger's tendon now, N."""
+        return self._tension
+
+    @property
+    def tension_per_force(self) -> float:
+        """Usual ratio of the tension of each finger to the force of all pads together."""
+        return TENSION_PER_TIP_FORCE / (2.0 * self._finger_count)
+
+    def pull_with(self, tension: float) -> None:
+        """Hold the object with a tension of each finger, N, instead of `grip_tension`."""
+        if self.state != "holding":
+            return
+        highest = max(self._options.max_tension, self.grip_tension)
+        self._tension = float(np.clip(tension, MIN_TENSION, highest))
+        raised = max(self._tension / self.grip_tension, 1.0)
+        for k in self._fingers:
+            if self._modes[k] == "pull":
+                self._values[k] = self._tension
+        if self._modes[self._thumb] == "hold":
+            limit = THUMB_HOLD_SHARE * self._finger_count * self.grip_tension
+            self._values[self._thumb] = raised * limit
+        for k in self._wraps:
+            # Otherwise the fingers straighten under the higher tension, and push the object out.
+            if self._modes[k] == "hold":
+                self._values[k] = WRAP_HOLD_TENSION * raised**2
 
     def _close(self, reading: HandReading, dt: float) -> None:
         options, hand = self._options, self._hand

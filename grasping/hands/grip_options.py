@@ -41,6 +41,9 @@ class GripOptions:
         default_factory=lambda: {"pincer": 70.0, "precision": 70.0, "power": 90.0}
     )
     """Tension of each finger's tendon in the grip, N. Higher holds more, but deforms more."""
+    max_tension: float = 170.0
+    """Maximum tension of each finger's tendon where the measured load needs more than the grip, N.
+    Higher holds heavier objects."""
     load: float | None = None
     """Mass to lift, kg. Light objects get less tension. None applies the full tension."""
     lever: float = 0.0

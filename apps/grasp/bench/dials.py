@@ -43,6 +43,7 @@ CONTROL: dict[str, str] = {
     DEFAULT: "the default options",
     "slow": f"all speeds of the hand times {SLOW:g}",
     "fast": f"all speeds of the hand times {FAST:g}",
+    "fixed-grip": "the grip does not follow the load that the wrist measures",
     "planner": f"the planner runs up to {LONG_SEARCH_ROLLOUTS} roll-outs",
 }
 """Control dials by name, with a description."""
@@ -98,6 +99,8 @@ def control_dial(name: str, base: PickOptions | None = None) -> PickOptions:
     options = base or PickOptions()
     if name in ("slow", "fast"):
         return replace(options, speed=(SLOW if name == "slow" else FAST) * options.speed)
+    if name == "fixed-grip":
+        return replace(options, follow_load=False)
     if name == "planner":
         planner = replace(options.planner, rollouts=LONG_SEARCH_ROLLOUTS)
         return replace(options, planner=planner)

@@ -138,6 +138,23 @@ def test_robot_grasps_lifts_and_senses_object():
         assert pad > 1.0
         assert np.isclose(image.pressures.sum() * image.array.area, pad, rtol=0.1)
 
+    wrenches = []
+    for _ in range(150):
+        reading = robot.step(still, closing.step(reading.hand, robot.period))
+        assert reading.wrench is not None
+        wrenches.append(reading.wrench)
+    # The palm points straight down, and the box hangs below its middle.
+    force, torque = np.split(np.mean(wrenches[50:], axis=0), 2)
+    assert np.allclose(force, [0.0, 0.0, 0.3 * 9.81], atol=0.1)
+    assert np.allclose(torque, 0.0, atol=0.03)
+
+
+def test_wrist_measures_nothing_but_noise_with_an_empty_hand(world: GraspWorld):
+    robot = SimRobot(world)
+    wrenches = np.array([robot.step(np.zeros(7)).wrench for _ in range(200)])
+    assert np.abs(wrenches.mean(axis=0)).max() < 0.02
+    assert np.allclose(wrenches.std(axis=0), [0.06] * 3 + [0.002] * 3, rtol=0.25)
+
 
 def test_capture_shows_object_without_robot_and_tray(world: GraspWorld):
     robot = SimRobot(world)

@@ -164,7 +164,7 @@ def test_chart_draws_objects_from_folder(run, tmp_path):
         (["--shake", "-1"], "--shake must lie in [0, 60] s"),
         (["--family", "heap"], "heap"),
         (["--perception", "blurred"], "expected default, fast, fine"),
-        (["--control", "wild"], "expected default, slow, fast, planner"),
+        (["--control", "wild"], "expected default, slow, fast, fixed-grip, planner"),
         (["--objects", "/no/such"], "no folder /no/such"),
         (["--robot", "/no/such.xml", "--hand-frame", "palm"], "no such file"),
         (["--hand-frame", "palm"], "go together"),
