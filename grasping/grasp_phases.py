@@ -146,7 +146,7 @@ def approach(cell: Cell, state: PickState) -> PhaseFailure | None:
             reason = f"{result.reason} touched something {distance * 1e3:.0f} mm before the grasp"
             return PhaseFailure("no_contact", reason)
         _shift(cell, state, side)
-        if not back_off(cell, state):
+        if not _back_off(cell, state):
             return PhaseFailure("stuck", f"backing off after a touch of {result.reason}")
     return None
 
@@ -174,7 +174,7 @@ def close(cell: Cell, state: PickState) -> PhaseFailure | None:
             return failure
         _shift(cell, state, side)
         shape = cell.hand.preshape(state.plan.opening, state.prototype)
-        if not back_off(cell, state, shape):
+        if not _back_off(cell, state, shape):
             return failure
         again = approach(cell, state) or contact(cell, state)
         if again is not None:
@@ -221,7 +221,7 @@ def _shift(cell: Cell, state: PickState, side: float) -> None:
     state.offset = state.offset + OFFSET_STEP * side * closing_axis
 
 
-def back_off(cell: Cell, state: PickState, shape: AnyCommand | None = None) -> bool:
+def _back_off(cell: Cell, state: PickState, shape: AnyCommand | None = None) -> bool:
     """Move back to the pre-grasp; return whether it was reached."""
     tasks = control_tasks(state.plan, cell.robot.hand, state.retreat(cell))
     controller = state.near(cell, tasks, APPROACH_SPEED)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from eyehand.tactile import FrictionPull, GripReading, LoadGrip, LoadGripOptions, PullOptions
+from eyehand.tactile import FrictionPull, GripReading, LoadGrip, LoadGripOptions
 
 from .hands.closing import Closing
 from .hands.grip_regulator import GripRegulator
@@ -29,8 +29,12 @@ FRICTION_SHARE = 0.8
 LAW = LoadGripOptions(reserve=6.0, relax_time=0.2)
 """Reserve and speed of the grip. The reserve holds the fingers' own mass against the object when
 the arm jerks."""
-PULL = PullOptions(ease_time=0.25, min_load=0.4, min_grip=3.0, min_friction=0.15)
-"""The pull that measures friction. Forces are those of all pads together."""
+MIN_WEIGHT = 0.4
+"""Weight from which friction is measured, N: above the noise of the wrist."""
+MIN_GRIP = 3.0
+"""Force of all pads together at which easing ends, N."""
+MIN_FRICTION = 0.15
+"""Measured friction below which noise ended the easing. No pad is so slippery."""
 PATCH_RADIUS = 0.006
 """Radius at which the pad of one finger resists turning, m."""
 ENOUGH_RATIO = 0.6
@@ -105,8 +109,6 @@ class HeldGrip:
         """Measured friction; None if the object did not slide."""
         self.weight = 0.0
         """Weight that the hand carries, N; 0 before it is measured."""
-        self.lever = 0.0
-        """Distance of the weight from the middle of the grip, along the palm's y axis, m."""
         self.slips = 0
         """Number of slips."""
         self.load = np.zeros(6)
@@ -146,7 +148,8 @@ class HeldGrip:
         if self._pull is not None and self.stage == "pull":
             force = self._pull.update(pressed, load, dt)
             slid = self._slides(reading, pressed, load, dt)
-            if slid or self._pull.done or load > ENOUGH_RATIO * pressed:
+            eased = pressed < MIN_GRIP or load > ENOUGH_RATIO * pressed
+            if slid or self._pull.done or eased:
                 self._end_pull(pressed, slid or self._pull.friction, load / max(pressed, 1e-3))
         else:
             slipping = self._drops(cell, carried, float((palm.jacobian @ reading.velocity)[2]))
@@ -196,15 +199,12 @@ class HeldGrip:
     def weigh(self) -> None:
         """Take the load as the weight of the object."""
         self.weight = max(self._past[-1][1], 0.0) if self._past else 0.0
-        down = self.load[2]
-        # The moment about the closing axis, over the force along the palm's direction.
-        self.lever = float(self.load[3] / down) if abs(down) > 0.5 * self.weight > 0.0 else 0.0
 
     def start_pull(self, pressed: float) -> None:
         """Ease the grip from now on, until the object slides."""
         self.stage = "pull"
         self._regulator.settle()
-        self._pull = FrictionPull(pressed, PULL)
+        self._pull = FrictionPull(pressed)
 
     def follow(self, pressed: float) -> None:
         """Follow the load from now on, without measuring the friction."""
@@ -219,7 +219,7 @@ class HeldGrip:
 
     def _end_pull(self, pressed: float, friction: float | None, reached: float) -> None:
         """Follow the load for a friction; None if the object stuck at the reached ratio."""
-        if friction is not None and friction < PULL.min_friction:
+        if friction is not None and friction < MIN_FRICTION:
             friction = None
         self.stage, self.friction = "follow", friction
         assert self._pull is not None, "the pull has begun"

@@ -111,8 +111,6 @@ class PickState:
     """Measurement of the wrist with the empty hand, (6,); None without this sense."""
     held: HeldGrip | None = None
     """Adjusts the grip to the measured load; None without a sense of it."""
-    regripped: bool = False
-    """Whether the object was grasped again nearer to its centre of mass."""
     T_palm_world_at_grasp: RigidTransform = field(default_factory=RigidTransform.identity)
     """Transform from world to palm at the time of the grasp. It maps the perceived pose of the
     object to its pose in the palm while the object is held."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -13,13 +13,11 @@ from eyehand.control.tasks import AxisAlignment, Orientation, Position, Task
 from eyehand.perception import SuperquadricFit
 
 from .cell import Cell
-from .grasp_phases import approach, back_off, close, contact, grip
-from .held_grip import PULL, STEADY_SECONDS
+from .held_grip import MIN_WEIGHT, STEADY_SECONDS
 from .motion import NEAR_ENOUGH, Controller, MotionResult, execute
 from .pick_state import (
     LIFT_SECONDS,
     LIFT_SPEED,
-    OPEN_SECONDS,
     RETREAT_TOLERANCE,
     PhaseFailure,
     PickState,
@@ -53,11 +51,6 @@ WEIGHING_SPEED = 0.04
 """Speed of this motion, m/s."""
 WEIGHED = "the load is constant"
 """Reason to end this motion."""
-MAX_LEVER, MIN_REGRIP_WEIGHT = 0.025, 1.0
-"""Distance of the weight from the grip, m, and weight, N, above which an object is grasped again
-nearer to its centre of mass: it would turn between the pads."""
-MAX_SHIFT = 0.03
-"""Maximum shift of that grasp, m. The object's end may be nearer than its measured weight."""
 PULL_SECONDS = 1.2
 """Time limit of easing the grip, s."""
 TRAY_CLEARANCE = 0.03
@@ -77,9 +70,8 @@ def lift(cell: Cell, state: PickState) -> PhaseFailure | None:
     failure = _weigh(cell, state, palm)
     if failure is not None:
         return failure
-    now = cell.palm_pose()
-    goal = np.append(now.translation[:2], palm.translation[2] + cell.options.lift_height)
-    tasks = (Position(goal), Orientation(now.rotation))
+    goal = palm.translation + cell.options.lift_height * UP
+    tasks = (Position(goal), Orientation(palm.rotation))
     result = _carry(cell, state, state.move_off(cell, tasks, LIFT_SPEED), LIFT_SECONDS)
     if result:
         return None
@@ -92,40 +84,30 @@ def lift(cell: Cell, state: PickState) -> PhaseFailure | None:
     return PhaseFailure("stuck", f"lifting: {result.reason}")
 
 
-def _rise(
-    cell: Cell, state: PickState, height: float, stop: Callable[[RobotReading], str] | None = None
-) -> MotionResult:
-    """Raise the held object slowly by a height, m, until there is a reason to stop."""
-    palm = cell.palm_pose()
-    tasks = (Position(palm.translation + height * UP), Orientation(palm.rotation))
-    return execute(
-        cell,
-        state.move_off(cell, tasks, WEIGHING_SPEED),
-        cell.options.time_limit(LIFT_SECONDS),
-        command=lambda reading: state.grip_command(cell, reading),
-        stop=lambda reading: _lost(cell, reading) or (stop(reading) if stop else ""),
-    )
-
-
 def _weigh(cell: Cell, state: PickState, palm: RigidTransform) -> PhaseFailure | None:
     """Raise the object by millimetres, measure its weight, and ease the grip until it slides."""
     held = state.held
     if held is None:
         return None
 
-    def taken_over(_: RobotReading) -> str:
+    def taken_over() -> str:
         risen = float((cell.palm_pose().translation - palm.translation) @ UP)
         return WEIGHED if risen > MIN_WEIGHING_HEIGHT and held.steady else ""
 
-    result = _rise(cell, state, WEIGHING_HEIGHT, taken_over)
+    tasks = (Position(palm.translation + WEIGHING_HEIGHT * UP), Orientation(palm.rotation))
+    result = execute(
+        cell,
+        state.move_off(cell, tasks, WEIGHING_SPEED),
+        cell.options.time_limit(LIFT_SECONDS),
+        command=lambda reading: state.grip_command(cell, reading),
+        stop=lambda reading: _lost(cell, reading) or taken_over(),
+    )
     if result.end == "stopped" and result.reason != WEIGHED:
         return PhaseFailure("slipped", f"{result.reason} while lifting")
     cell.wait(STEADY_SECONDS, lambda reading: state.grip_command(cell, reading))
     held.weigh()
-    if not state.regripped and abs(held.lever) > MAX_LEVER and held.weight > MIN_REGRIP_WEIGHT:
-        return _regrip(cell, state, palm, held.lever) or _weigh(cell, state, cell.palm_pose())
     pressed = held.pressed(cell.hand.forces(cell.reading.hand))
-    if state.prototype == "power" or held.weight < PULL.min_load:
+    if state.prototype == "power" or held.weight < MIN_WEIGHT:
         held.follow(pressed)
         return None
     held.start_pull(pressed)
@@ -135,31 +117,6 @@ def _weigh(cell: Cell, state: PickState, palm: RigidTransform) -> PhaseFailure |
     if held.pulling:
         held.follow(pressed)
     return None
-
-
-def _regrip(
-    cell: Cell, state: PickState, palm: RigidTransform, lever: float
-) -> PhaseFailure | None:
-    """Put the object down, and grasp it nearer to its centre of mass.
-
-    Parameters
-    ----------
-    cell, state
-        The robot and the pick.
-    palm
-        Pose of the palm before the object was raised.
-    lever
-        Distance of the weight from the grip along the palm's y axis, m.
-    """
-    _rise(cell, state, float((palm.translation - cell.palm_pose().translation) @ UP))
-    state.held, state.regripped = None, True
-    shape = cell.hand.preshape(state.plan.opening, state.prototype)
-    cell.wait(OPEN_SECONDS, shape)
-    shift = float(np.clip(lever, -MAX_SHIFT, MAX_SHIFT))
-    state.offset = state.offset + shift * palm.rotation.as_matrix()[:, 1]
-    if not back_off(cell, state, shape):
-        return PhaseFailure("stuck", "backing off to grasp nearer to the centre of mass")
-    return approach(cell, state) or contact(cell, state) or close(cell, state) or grip(cell, state)
 
 
 def check(cell: Cell, state: PickState) -> PhaseFailure | None:

@@ -52,6 +52,8 @@ class LoadGripOptions:
     load."""
     lag: float = 0.02
     """Time constant of the actuator, s; its inverse is fed forward."""
+    relax_time: float = 0.6
+    """Time in which the grip falls to 1/e of its distance to the least force, s."""
     raised: float = 0.25
     """Share by which a slip alarm raises the force."""
 
@@ -61,8 +63,6 @@ class LoadGripOptions:
                 raise InputError(f"{name} must be finite and >= 0, got {value}")
 
 
-_RELAX_TIME = 0.6
-"""Time in which the grip falls to 1/e of its distance to the least force, s."""
 _FILTER_TIME = 0.008
 """Time constant of the filter of the load, s."""
 ALARM_PAUSE_S = 0.04
@@ -121,7 +121,7 @@ class LoadGrip:
         if least >= self._goal:
             self._goal = least
         else:
-            self._goal += (least - self._goal) * (1.0 - exp(-dt / _RELAX_TIME))
+            self._goal += (least - self._goal) * (1.0 - exp(-dt / o.relax_time))
         lead = max(o.lag * self._rate / self.friction, 0.0)
         return self._goal + min(lead, _MAX_LEAD * self._goal)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -34,7 +35,7 @@ class HeldObject:
         assert self.closing.state == "holding"
         self.held = HeldGrip(self.closing, False, OFFSETS, np.zeros(6), 0.09)
         palm = np.diag([1.0, -1.0, -1.0])
-        self.cell = SimpleNamespace(
+        self.cell: Any = SimpleNamespace(
             robot=SimpleNamespace(period=PERIOD),
             hand=SimpleNamespace(holds=lambda _: True, forces=lambda _: self.forces()),
             arm_state=lambda: SimpleNamespace(rotation=palm, jacobian=np.zeros((6, 7))),
