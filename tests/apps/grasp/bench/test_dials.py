@@ -50,6 +50,12 @@ def test_planner_dial_changes_only_rollouts():
     assert changed.pre_grasp_distance == base.pre_grasp_distance
 
 
+def test_fixed_grip_dial_changes_only_the_grip():
+    changed = control_dial("fixed-grip")
+    assert PickOptions().follow_load
+    assert changed == replace(PickOptions(), follow_load=False)
+
+
 @pytest.mark.parametrize("dial", [perception_dial, control_dial])
 def test_unknown_dial_is_refused_with_valid_names(dial):
     with pytest.raises(InputError, match=r"sloppy.*default, "):
