@@ -34,7 +34,23 @@ DIGITS = 4
 """Significant digits of measured figures."""
 FIRST = "good"
 """The sensor model that the bounds of the sweeps hold for."""
-HOLDS_TO: dict[str, dict[str, float]] = {"real": {}, "harsh": {}}
+_SHARED = {
+    "lost-rolling": 0.2, "wait": 8, "lag": 10, "gain-spread": 10, "hysteresis": 10, "creep": 5,
+    "drift": 6, "shear": 100, "friction": 1.0, "dead-rows": 1.0, "dead": 5.0, "saturated": 5.0,
+    "landing-ball": 50.0,
+}  # fmt: skip
+HOLDS_TO: dict[str, dict[str, float]] = {
+    "real": {
+        "gain-pen": 0.5, "gain-box": 0.5, "gain-ball": 0.5, "landing-pen": 20.0,
+        "landing-box": 10.0, "round": 5.0, "right-angle": 5.0, "border": 30.0, "coming": 5.0,
+        "light": 5.0, "threshold": 4.0, "backlash": 0.03, **_SHARED,
+    },
+    "harsh": {
+        "gain-pen": 0.25, "gain-box": 0.25, "gain-ball": 0.25, "landing-pen": 10.0,
+        "landing-box": 10.0, "round": 10.0, "border": 20.0, "coming": 2.0, "light": 10.0,
+        "threshold": 6.0, "backlash": 0.01, **_SHARED,
+    },
+}  # fmt: skip
 """The other sensor models: sweep → value up to which contacts must hold."""
 
 

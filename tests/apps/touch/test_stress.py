@@ -10,7 +10,7 @@ import pytest
 
 from eyehand.apps.bench import StressArguments
 from eyehand.apps.bench.sweep import select_sweeps
-from eyehand.apps.touch.stress import stress_touch, touch_sweeps
+from eyehand.apps.touch.stress import HOLDS_TO, stress_touch, touch_sweeps
 from eyehand.apps.touch.stress_trial import ContactFigures, evaluate_contact
 from eyehand.data_synth.pad import SENSORS
 
@@ -54,6 +54,14 @@ def test_pad_without_working_tactel_is_rejected_before_motion(name):
     trial = sweep.attempt(100.0, 0, SENSORS["good"])
     assert (trial.passed, trial.refused, trial.clean) == (False, True, True)
     assert trial.note == "0 of 256 tactels work"
+
+
+@pytest.mark.parametrize("sensor", HOLDS_TO)
+def test_bounds_of_the_other_sensors_are_values_of_sweeps(sensor):
+    sweeps = {sweep.name: sweep for sweep in touch_sweeps()}
+    for name, value in HOLDS_TO[sensor].items():
+        required = sweeps[name].required_values()
+        assert value in required, f"{name}: a worse sensor cannot hold to more than the good one"
 
 
 def test_evaluate_contact_distinguishes_harm_from_missed_goal():
