@@ -31,8 +31,8 @@ BLOCK = re.compile(
     re.DOTALL,
 )
 UNKNOWN = "-"
-PRIVATE = ("out",)
-"""Fields of a report that hold paths of the machine."""
+OMITTED = ("out", "points")
+"""Fields of a report that hold paths of the machine, or that no table uses."""
 
 
 def main(arguments: list[str]) -> int:
@@ -55,7 +55,7 @@ def store(name: str, command: str, report: dict[str, Any], folder: Path = DOCS /
     from eyehand.apps.bench.machine import machine_line
 
     kept = {"machine": machine_line()}
-    kept |= {key: value for key, value in report.items() if key not in PRIVATE}
+    kept |= {key: value for key, value in report.items() if key not in OMITTED}
     today = datetime.datetime.now(datetime.UTC).date().isoformat()
     folder.mkdir(exist_ok=True)
     file = folder / f"{name}.json"
