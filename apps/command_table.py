@@ -171,6 +171,7 @@ EXTRAS: dict[str, str] = {
     "distributed": "cluster",
     "mink": "baselines",
     "open3d": "baselines",
+    "skimage": "baselines",
 }
 """Module that the core install leaves out → the extra that installs it."""
 

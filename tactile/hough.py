@@ -62,17 +62,21 @@ def hough_axis(
     InputError
         If the array has no grid.
     """
-    # The import takes 0.2 s, and second moments do not need it.
-    from skimage.transform import hough_line
-
     options = options or HoughOptions()
     if image.array.grid is None:
         raise InputError("the Hough transform needs an array with an even grid; use moments")
     pressures = np.where(region, image.pressures, 0.0)
     voters = (pressures > options.share * pressures.max()).reshape(image.array.grid)
     normals = np.linspace(-np.pi / 2, np.pi / 2, options.angles, endpoint=False)
-    votes, directions, _ = hough_line(voters, theta=normals)
-    best = directions[np.nonzero(votes == votes.max())[1]]
+    rows, columns = np.nonzero(voters)
+    if not rows.size:
+        return 0.0
+    # Lines x cos + y sin = distance, rounded half away from 0 to whole tactels.
+    distances = np.outer(columns, np.cos(normals)) + np.outer(rows, np.sin(normals))
+    lines = np.trunc(distances + np.copysign(0.5, distances)).astype(np.intp)
+    lines -= lines.min()
+    votes = np.bincount((lines * options.angles + np.arange(options.angles)).ravel())
+    best = normals[np.flatnonzero(votes == votes.max()) % options.angles]
     # A line is perpendicular to its normal. In the doubled angle, that is a factor of -1.
     doubled = -np.exp(2j * best).sum()
     if abs(doubled) < 1e-9 * len(best):
