@@ -12,7 +12,7 @@ from .above_support import BOARD, OVERHANG
 from .hull_depth import depth_in_hull
 from .label_pixels import count_labels, pixels_by_label, renumber_labels
 from .median import median
-from .regions import HIGH_QUANTILE, LOW_QUANTILE, MAX_REGIONS
+from .regions import LOW_QUANTILE, MAX_REGIONS
 from .select_supports import MIN_GAP
 from .support_extent import Support
 from .walls import is_board, is_side, is_wall
@@ -28,6 +28,9 @@ MIN_TOP_WAVES = 3.0
 """Minimum height of an object's top, in heights of the support's waves. Lower regions are waves."""
 MIN_FOOT_INSIDE = 0.5
 """Minimum share of an object's foot over the hull."""
+CUT_OUTLIERS = 0.01
+"""Share of outliers at each end of a region that the image cuts off. The region is larger than its
+visible part. With 0.02 the frames of some shelves are not too large for an object."""
 MAX_CUT_LENGTH = 0.15
 """Maximum length at which the image border cuts an object off, m. A wall or a robot is longer."""
 RESTING_MARGIN = 0.06
@@ -120,8 +123,8 @@ def _is_object(region: _Region, supports: list[Support], max_extent: float) -> b
         return False
     if supports and is_side(points, supports):
         return False
-    low, high = _range(points)
-    if np.linalg.norm(high - low) > max_extent:
+    ends = _range(points, CUT_OUTLIERS if len(cut_points) else LOW_QUANTILE)
+    if np.linalg.norm(ends[1] - ends[0]) > max_extent:
         return False
     if not supports:
         return True
@@ -196,10 +199,14 @@ def _holds_board(top: float, support: Support, supports: list[Support]) -> bool:
     return any(gap - BOARD - MAX_PLAY < top < gap for gap in gaps if gap >= MIN_GAP)
 
 
-def _range(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the low and high quantile along the first axis. Sorting is faster than a quantile."""
+def _range(values: NDArray[np.float64], outliers: float = LOW_QUANTILE) -> NDArray[np.float64]:
+    """Return the ends along the first axis without a share of outliers at each.
+
+    Sorting is faster than a quantile.
+    """
     last = len(values) - 1
-    return np.sort(values, axis=0)[[round(LOW_QUANTILE * last), round(HIGH_QUANTILE * last)]]
+    skipped = round(outliers * last)
+    return np.sort(values, axis=0)[[skipped, last - skipped]]
 
 
 @njit(cache=True, nogil=True)

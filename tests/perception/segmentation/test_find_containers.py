@@ -1,12 +1,16 @@
 """Containers: the walls are measured, they are no objects, and their contents are."""
 
 from dataclasses import replace
+from functools import partial
+from importlib import import_module
 
 import numpy as np
 import pytest
 from synthetic_containers import Block, Tub, camera_pose, tub_frame
 
 from eyehand.perception import DepthFrame, Segmentation, perceive, segment
+
+find_containers = import_module("eyehand.perception.segmentation.find_containers")
 
 CONTENTS = [
     Block((0.0, 0.0, 0.02), (0.06, 0.04, 0.04)),
@@ -96,14 +100,18 @@ def test_object_beside_a_tray_stays():
     assert min(overlap(found, labels)) > 0.8
 
 
-def test_heap_hides_the_floor():
+def make_heap() -> list[Block]:
+    """Return blocks that hide the floor of a tub."""
     rng = np.random.default_rng(3)
-    heap = [
+    return [
         Block((x, y, rng.uniform(0.0, 0.05)), (0.05, 0.05, 0.06), rng.uniform(0, 1.5))
         for x in np.arange(-0.18, 0.19, 0.036)
         for y in np.arange(-0.13, 0.14, 0.036)
     ]
-    frame, _, T_world_camera = tub_frame(Tub(), heap, -0.4)
+
+
+def test_heap_hides_the_floor():
+    frame, _, T_world_camera = tub_frame(Tub(), make_heap(), -0.4)
     found = segment(frame)
     (container,) = found.containers
     assert not container.floor_seen
@@ -112,6 +120,24 @@ def test_heap_hides_the_floor():
     kinds = [warning.kind for warning in found.warnings]
     assert {"container", "container_heaped", "support_hidden"} <= set(kinds)
     assert found.count > 5
+
+
+def lean_sides(measure, *args):
+    """Return a measured container, two of whose sides lean outwards too far for walls."""
+    found = measure(*args)
+    sides = found.sides.copy()
+    sides[:2, 4] = find_containers.MAX_DRAFT + 0.1
+    return found._replace(sides=sides)
+
+
+@pytest.mark.parametrize("contents", ["heap", "few"])
+def test_leaning_faces_are_walls_only_around_a_visible_floor(contents, monkeypatch):
+    frame, _, _ = tub_frame(Tub(), make_heap() if contents == "heap" else CONTENTS, -0.4)
+    assert len(segment(frame).containers) == 1
+    monkeypatch.setattr(
+        find_containers, "measure_container", partial(lean_sides, find_containers.measure_container)
+    )
+    assert len(segment(frame).containers) == (0 if contents == "heap" else 1)
 
 
 def test_ring_of_objects_is_no_container():

@@ -124,6 +124,25 @@ def test_long_region_cut_by_the_image_is_no_object():
     assert not select_objects(labels, exact_image(frame), [wide], 40, MAX_EXTENT).any()
 
 
+@pytest.mark.parametrize("cut", [True, False])
+def test_ends_of_a_region_that_the_image_cuts_off_count(cut):
+    # A tail of few readings is the end of the region.
+    foot, tail = Ball(0.0, 0.33, 0.06, 0.06), Box(0.0, 0.7, (0.012, 0.3, 0.012))
+    frame, labels = solid_frame([foot, tail], (Plate(),))
+    region = (labels > 0).astype(np.int32)
+    assert region[-1].any()
+    if not cut:
+        region[-BORDER:] = 0
+    points = frame.points()[region > 0]
+    wide, narrow = (
+        float(np.linalg.norm(np.ptp(np.quantile(points, [share, 1 - share], axis=0), axis=0)))
+        for share in (0.01, 0.02)
+    )
+    assert wide > narrow + 0.01
+    kept = select_objects(region, exact_image(frame), [WIDE_SUPPORT], 40, (wide + narrow) / 2)
+    assert kept.any() != cut
+
+
 def test_empty_labels_stay_empty():
     labels = np.zeros((240, 320), np.int32)
     image = exact_image(DepthFrame(np.ones(labels.shape, np.float32), CAMERA))
