@@ -299,7 +299,8 @@ def gripped_too_thin(width: float, plan: GraspPlan, fit: SuperquadricFit) -> str
         expected = 2.0 * float(solid.semi_axes.min())
     if width >= MIN_WIDTH_SHARE * expected:
         return ""
-    return f"the fingertips are {1e3 * width:.0f} mm apart on an object of {1e3 * expected:.0f} mm"
+    gap = 1e3 * max(width, 0.0)
+    return f"the fingertips are {gap:.0f} mm apart on an object of {1e3 * expected:.0f} mm"
 
 
 def _lost(cell: Cell, reading: RobotReading) -> str:
