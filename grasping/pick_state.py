@@ -211,21 +211,18 @@ class PickState:
         self, cell: Cell, tasks: Sequence[Task], target: Literal["obstacle", "held"]
     ) -> PlannedApproach:
         """Return a controller with planner for a motion far from the object."""
-        options = cell.options
-        turn_speed = options.speed * TURN_SPEED
+        speed = cell.options.speed
         if target == "held":
-            tasks = with_speed(tasks, options.carry_speed, turn_speed, CARRY_GAIN)
+            tasks = _with_carry_speed(cell, tasks)
         else:
-            tasks = with_speed(tasks, options.speed * TRANSIT_SPEED, turn_speed)
+            tasks = with_speed(tasks, speed * TRANSIT_SPEED, speed * TURN_SPEED)
         world = self.world(cell, target)
-        return PlannedApproach(world, tasks, self.far_options(cell), options.planner)
+        return PlannedApproach(world, tasks, self.far_options(cell), cell.options.planner)
 
     def direct_carry(self, cell: Cell, tasks: Sequence[Task]) -> ApproachController:
         """Return a controller without planner for a far motion with the held object."""
-        options = cell.options
         control = replace(self.far_options(cell), retreats=0, patience=CARRY_PATIENCE)
-        turn_speed = options.speed * TURN_SPEED
-        tasks = with_speed(tasks, options.carry_speed, turn_speed, CARRY_GAIN)
+        tasks = _with_carry_speed(cell, tasks)
         return ApproachController(self.world(cell, "held"), tasks, control)
 
     def near(self, cell: Cell, tasks: Sequence[Task], speed: float) -> ApproachController:
@@ -295,3 +292,10 @@ class PickState:
         tasks = (Position(back if goal is None else goal), Orientation(palm.rotation))
         speed = LIFT_SPEED if goal is None else TRANSIT_SPEED
         execute(cell, self.move_off(cell, tasks, speed), cell.options.time_limit(LIFT_SECONDS))
+
+
+def _with_carry_speed(cell: Cell, tasks: Sequence[Task]) -> tuple[Task, ...]:
+    """Return tasks with the speeds of a hand that carries an object."""
+    share = cell.hand.carry_share
+    turn_speed = share * cell.options.speed * TURN_SPEED
+    return with_speed(tasks, share * cell.options.carry_speed, turn_speed, CARRY_GAIN)
