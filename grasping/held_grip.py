@@ -109,6 +109,8 @@ class HeldGrip:
         """Measured friction; None if the object did not slide."""
         self.weight = 0.0
         """Weight that the hand carries, N; 0 before it is measured."""
+        self.carrying = False
+        """Whether the grip stays at least at its usual tension. The carry jerks the fingers."""
         self.slips = 0
         """Number of slips."""
         self.load = np.zeros(6)
@@ -154,7 +156,10 @@ class HeldGrip:
         else:
             slipping = self._drops(cell, carried, float((palm.jacobian @ reading.velocity)[2]))
             force = self._law.update(GripReading(pressed, max(load, self.weight), slipping), dt)
-        self._regulator.press(force, pressed, dt)
+        if self.carrying:
+            self._regulator.tighten_fully(dt)
+        else:
+            self._regulator.press(force, pressed, dt)
 
     def pressed(self, forces: NDArray[np.float64]) -> float:
         """Return the force of all pads on the object, N, from those of fingers, thumb and palm.

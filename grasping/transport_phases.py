@@ -138,6 +138,8 @@ def place(cell: Cell, state: PickState) -> PhaseFailure | None:
     a tall one if the arm cannot lay it down.
     """
     palm = cell.palm_pose()
+    if state.held is not None:
+        state.held.carrying = True
     poses = _put_down_poses(cell, state)
     result = MotionResult("stuck", "")
     goal = poses[-1]

@@ -43,6 +43,13 @@ class GripRegulator:
         if goal > closing.tension:
             closing.pull_with(min(closing.tension + TIGHTENING_RATE * dt, goal))
 
+    def tighten_fully(self, dt: float) -> None:
+        """Raise the tension, if it is lower, to that of the grip before it was regulated."""
+        closing = self._closing
+        if closing.tension < closing.grip_tension:
+            raised = closing.tension + TIGHTENING_RATE * dt
+            closing.pull_with(min(raised, closing.grip_tension))
+
     def press(self, force: float, measured: float, dt: float) -> None:
         """Change the tension so that all pads together press with a force, N.
 

@@ -158,3 +158,14 @@ def test_regulator_reaches_the_wanted_force(force):
     for _ in range(250):
         regulator.press(force, 2.0 * held.side(), PERIOD)
     assert 2.0 * held.side() == pytest.approx(force, rel=0.02)
+
+
+def test_carry_uses_at_least_the_usual_tension():
+    held = HeldObject(0.15, 1.0)
+    held.pull()
+    held.run(1.0)
+    usual = held.closing.grip_tension
+    assert held.closing.tension < usual
+    held.held.carrying = True
+    held.run(0.2)
+    assert held.closing.tension == usual
