@@ -48,7 +48,7 @@ class PickOptions:
     speed: float = 1.0
     """Factor on the speeds of the arm with an empty hand and during the lift. A factor below 1
     extends the time limits as well. Faster saves time, but hits unseen obstacles harder."""
-    carry_speed: float = 0.8
+    carry_speed: float = 0.6
     """Speed of the hand with an object in it, m/s. Faster needs a stronger grip."""
     pre_grasp_distance: float = 0.025
     """Free distance between the fingertips and the object at the pre-grasp, m. Longer approaches

@@ -45,9 +45,9 @@ TARGET = "target"
 """Name of the target object among the obstacles."""
 TRANSIT_SPEED = 1.2
 """Speed of the empty hand far from objects, m/s."""
-CARRY_GAIN = 8.0
-"""Gain of the final part of a motion with a held object, 1/s. A higher one brakes too hard for the
-grip."""
+CARRY_GAIN, CARRY_TURN_SPEED = 8.0, 2.5
+"""Gain of the final part of a motion with a held object, 1/s, and angular speed, rad/s. With higher
+ones heavy objects leave the grip."""
 LIFT_SPEED = 0.35
 """Speed of the lift, of lowering and of moving off an object, m/s."""
 LIFT_SECONDS = 2.5
@@ -296,6 +296,5 @@ class PickState:
 
 def _with_carry_speed(cell: Cell, tasks: Sequence[Task]) -> tuple[Task, ...]:
     """Return tasks with the speeds of a hand that carries an object."""
-    share = cell.hand.carry_share
-    turn_speed = share * cell.options.speed * TURN_SPEED
-    return with_speed(tasks, share * cell.options.carry_speed, turn_speed, CARRY_GAIN)
+    turn_speed = cell.options.speed * CARRY_TURN_SPEED
+    return with_speed(tasks, cell.options.carry_speed, turn_speed, CARRY_GAIN)

@@ -55,11 +55,6 @@ class FingerControl:
         """Error of the approach that the compliance of the hand compensates, m or rad."""
         return TOLERANCE
 
-    @property
-    def carry_share(self) -> float:
-        """Share of the speed of carrying. Fingers and palm enclose the object."""
-        return 1.0
-
     def reach(self, opening: float) -> float:
         """Return the distance of the fingertips from the palm along z at an opening, m."""
         return self.model.reach(opening)

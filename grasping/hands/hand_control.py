@@ -60,11 +60,6 @@ class HandControl(Protocol):
         """Error of the approach that the compliance of the hand compensates, m or rad."""
         ...
 
-    @property
-    def carry_share(self) -> float:
-        """Share of the speed of carrying that the grip resists, 0-1."""
-        ...
-
     def reach(self, opening: float) -> float:
         """Return the distance of the fingertips from the hand frame along z at an opening, m."""
         ...

@@ -25,9 +25,6 @@ JAWS = ("left jaw", "right jaw")
 """Names of the jaws at -x and +x in records and messages."""
 MOVE_FORCE_SHARE = 0.3
 """Share of the maximum force with which the empty gripper moves."""
-
-CARRY_SHARE = 0.75
-"""Share of the speed of carrying that pads resist. At the full one they lost 2 of 14 objects."""
 TOLERANCE = 0.001
 """Error at which the approach ends, m or rad. Stiff jaws compensate none, and a flat object is
 10 mm high."""
@@ -54,11 +51,6 @@ class JawControl:
     def tolerance(self) -> float:
         """Error of the approach that the compliance of the hand compensates, m or rad."""
         return TOLERANCE
-
-    @property
-    def carry_share(self) -> float:
-        """Share of the speed of carrying."""
-        return CARRY_SHARE
 
     def reach(self, opening: float) -> float:
         """Return the distance of the fingertips from the tool frame along z at an opening, m."""
