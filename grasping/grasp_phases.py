@@ -13,6 +13,7 @@ from eyehand.control.tasks import AxisAlignment, Interval, Orientation, Position
 from .cell import Cell
 from .control_tasks import control_tasks
 from .hands import AnyCommand
+from .held_grip import measured_wrench
 from .motion import NEAR_ENOUGH, RAMP_SECONDS, execute, remaining_distance, unexpected_contact
 from .pick_state import PhaseFailure, PickState
 from .robot import RobotReading
@@ -84,8 +85,9 @@ def _tare(cell: Cell) -> NDArray[np.float64] | None:
     found: list[NDArray[np.float64]] = []
 
     def note(reading: RobotReading) -> None:
-        if reading.wrench is not None:
-            found.append(reading.wrench)
+        wrench = measured_wrench(reading)
+        if wrench is not None:
+            found.append(wrench)
 
     if cell.reading.wrench is not None:
         cell.wait(TARE_SECONDS, note)

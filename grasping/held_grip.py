@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from eyehand.errors import InputError
 from eyehand.tactile import FrictionPull, GripReading, LoadGrip, LoadGripOptions
 
 from .hands.closing import Closing
@@ -124,11 +125,15 @@ class HeldGrip:
         self._speed: float | None = None
 
     def update(self, cell: Cell, reading: RobotReading) -> None:
-        """Adjust the grip to a reading."""
-        if reading.wrench is None or not cell.hand.holds(reading.hand):
+        """Adjust the grip to a reading. Without a measurement it returns to the usual tension."""
+        if not cell.hand.holds(reading.hand):
             return
         dt = cell.robot.period
-        wrench = self._measured(reading.wrench)
+        measured = measured_wrench(reading)
+        if measured is None:
+            self._regulator.tighten_fully(dt)
+            return
+        wrench = self._about_grip_point(measured)
         self.load += (wrench - self.load) * (1.0 - np.exp(-dt / FILTER_SECONDS))
         forces = cell.hand.forces(reading.hand)
         pressed = self.pressed(forces)
@@ -196,11 +201,6 @@ class HeldGrip:
             STEADY_SHARE * loads[-1], STEADY_FORCE
         )
 
-    @property
-    def mass(self) -> float | None:
-        """Measured mass, kg; None before it is measured."""
-        return self.weight / GRAVITY if self.weight > 0.0 else None
-
     def weigh(self) -> None:
         """Take the load as the weight of the object."""
         self.weight = max(self._past[-1][1], 0.0) if self._past else 0.0
@@ -236,7 +236,7 @@ class HeldGrip:
     def _new_law(self, friction: float, pressed: float) -> LoadGrip:
         return LoadGrip(friction, pressed, LAW)
 
-    def _measured(self, wrench: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _about_grip_point(self, wrench: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the load's wrench about the grip point, (6,)."""
         wrench = wrench - self._tare
         torque = wrench[3:] - np.cross(self._grip_point, wrench[:3])
@@ -279,3 +279,19 @@ class HeldGrip:
         self.slips += 1
         self.weight -= 0.5 * missing
         return True
+
+
+def measured_wrench(reading: RobotReading) -> NDArray[np.float64] | None:
+    """Return the wrench of a reading, (6,); None if it is missing or not finite.
+
+    Raises
+    ------
+    InputError
+        If it has another shape.
+    """
+    wrench = reading.wrench
+    if wrench is None:
+        return None
+    if np.shape(wrench) != (6,):
+        raise InputError(f"RobotReading.wrench must have shape (6,), got {np.shape(wrench)}")
+    return wrench if np.isfinite(wrench).all() else None

@@ -283,8 +283,8 @@ class PickState:
         """
         held = cell.hand.width(cell.reading.hand)
         end = cell.reading.time + OPEN_SECONDS
-        while cell.hand.width(cell.reading.hand) < held + OPENED and cell.reading.time < end:
-            if cell.halted:
+        while cell.reading.time < end and not cell.halted:
+            if cell.hand.width(cell.reading.hand) >= held + OPENED:
                 break
             cell.step(np.zeros(len(cell.robot.joints)), cell.hand.opened())
         palm = cell.palm_pose()

@@ -44,8 +44,8 @@ def slide_features(image, contact, layer, shares, means, values):
     shares
         (len(SLIDE_TIMES),): share of an image in each running mean.
     means
-        (len(SLIDE_TIMES) + 1, PARTS, 2), m, updated; the last row's first value tells whether they
-        have started.
+        (len(SLIDE_TIMES) + 1, PARTS, 2), m, updated; the last row's first value is 0
+        before they have started.
     values
         (SLIDE_FEATURES,), overwritten; m along the shear, like a logarithm.
     """

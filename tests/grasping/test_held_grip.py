@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from eyehand.errors import InputError
 from eyehand.grasping.hands import Closing, GripOptions, HandReading
 from eyehand.grasping.hands.grip_regulator import GripRegulator
-from eyehand.grasping.held_grip import GRAVITY, STEADY_SECONDS, HeldGrip
+from eyehand.grasping.held_grip import GRAVITY, STEADY_SECONDS, HeldGrip, measured_wrench
 from eyehand.grasping.robot import RobotReading
 
 from .fake_robot import HAND, PERIOD
@@ -28,7 +29,8 @@ class HeldObject:
         self.closing = Closing(HAND, "precision", 0.06, GripOptions())
         self.time, self.speed, self.slid, self.load_factor = 0.0, 0.0, 0.0, 1.0
         self.share = 0.0
-        self.lifted = False
+        self.lifted, self.measures = False, True
+        self.lost: np.ndarray | None = None
         contact = self.hand_reading(10.0)
         for _ in range(800):
             self.closing.step(contact, PERIOD)
@@ -68,7 +70,7 @@ class HeldObject:
         carried = min(weight, most) if sliding else weight
         self.speed = max(self.speed + PERIOD * (weight - most) / self.mass, 0.0) if sliding else 0.0
         self.slid += PERIOD * self.speed
-        wrench = np.array([0.0, 0.0, carried, 0.0, 0.0, 0.0])
+        wrench = np.array([0.0, 0.0, carried, 0.0, 0.0, 0.0]) if self.measures else self.lost
         reading = RobotReading(
             self.time, np.zeros(7), np.zeros(7), self.hand_reading(self.side()), wrench=wrench
         )
@@ -96,7 +98,7 @@ def test_weight_is_measured_within_two_percent(mass):
     held.lifted = True
     held.run(0.4)
     held.held.weigh()
-    assert held.held.mass == pytest.approx(mass, rel=0.02)
+    assert held.held.weight == pytest.approx(mass * GRAVITY, rel=0.02)
 
 
 @pytest.mark.parametrize("mass", [0.15, 0.4, 1.2])
@@ -169,3 +171,23 @@ def test_carry_uses_at_least_the_usual_tension():
     held.held.carrying = True
     held.run(0.2)
     assert held.closing.tension == usual
+
+
+@pytest.mark.parametrize("lost", [None, np.full(6, np.nan)])
+def test_lost_wrist_sensor_restores_the_usual_tension(lost):
+    held = HeldObject(0.15, 1.0)
+    held.pull()
+    held.run(1.0)
+    assert held.closing.tension < held.closing.grip_tension
+    held.measures, held.lost = False, lost
+    held.run(0.3)
+    assert held.closing.tension == held.closing.grip_tension
+    assert np.isfinite(held.held.load).all()
+
+
+def test_wrench_of_another_shape_is_refused():
+    reading = RobotReading(
+        0.0, np.zeros(7), np.zeros(7), HeldObject(0.4, 0.6).hand_reading(1.0), wrench=np.zeros(3)
+    )
+    with pytest.raises(InputError, match=r"wrench must have shape \(6,\), got \(3,\)"):
+        measured_wrench(reading)
