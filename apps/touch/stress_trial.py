@@ -171,10 +171,12 @@ def hold_contact(
     """
     phases.options = replace(phases.options, peak_limit=max_peak)
     figures = run_contact(pad, phases, seconds, lifts)
-    return evaluate_contact(figures, phases.servo.goal.pressure, find_error(figures))
+    return evaluate_contact(figures, phases.servo.goal.pressure, find_error(figures), max_peak)
 
 
-def evaluate_contact(figures: ContactFigures, goal: float, wrong: str = "") -> Trial:
+def evaluate_contact(
+    figures: ContactFigures, goal: float, wrong: str = "", max_peak: float = MAX_PEAK
+) -> Trial:
     """Evaluate whether a contact was kept and stayed safe.
 
     Parameters
@@ -185,6 +187,8 @@ def evaluate_contact(figures: ContactFigures, goal: float, wrong: str = "") -> T
         Goal pressure, Pa.
     wrong
         Error that the sweep itself detected, or an empty string.
+    max_peak
+        Maximum averaged pressure, as a multiple of the goal.
 
     Returns
     -------
@@ -199,6 +203,8 @@ def evaluate_contact(figures: ContactFigures, goal: float, wrong: str = "") -> T
         note = figures.outcome.replace("_", " ")
     elif abs(figures.pressure / goal - 1.0) > NEAR:
         note = f"no outcome, but {figures.pressure:.0f} Pa instead of {goal:.0f} Pa"
+    elif figures.peak_pressure > max_peak * goal:
+        note = f"no outcome, but a peak of {figures.peak_pressure / goal:.2f} times the goal"
     elif figures.swing > CALM * goal:
         note = f"no outcome, but the pressure varies by {figures.swing:.0f} Pa (standard deviation)"
     elif wrong:

@@ -66,9 +66,10 @@ def test_bounds_of_the_other_sensors_are_values_of_sweeps(sensor):
 
 def test_evaluate_contact_distinguishes_harm_from_missed_goal():
     assert evaluate_contact(QUIET, 1000.0).passed
-    missed = evaluate_contact(replace(QUIET, pressure=500.0), 1000.0)
-    assert not missed.passed
-    assert missed.clean
+    for change in ({"pressure": 500.0}, {"peak_pressure": 1300.0}, {"swing": 100.0}):
+        missed = evaluate_contact(replace(QUIET, **change), 1000.0)
+        assert not missed.passed
+        assert missed.clean
     for harm in (
         replace(QUIET, peak_force=np.nan),
         replace(QUIET, peak_force=100.0),
