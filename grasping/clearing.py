@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     Step: TypeAlias = "Callable[[_Clearing], Step | None]"
 
 HOME_SPEED = 4.0
-"""Maximum norm of the joint velocities on the way to the rest posture, rad/s."""
+"""Maximum norm of the joint velocities on the way to the rest posture at normal speed, rad/s."""
 HOME_SECONDS = 6.0
 """Time limit of the motion to the rest posture, s."""
 HOME_TOLERANCE = 0.02
@@ -281,13 +281,13 @@ def move_home(cell: Cell, scene: Scene) -> bool:
         (*scene_obstacles(scene), cell.tray.as_box(cell.tray_height)),
     )
     control = replace(options.control, dt=cell.robot.period, tolerance=HOME_TOLERANCE)
-    posture = Posture(cell.home, speed=HOME_SPEED)
+    posture = Posture(cell.home, speed=options.speed * HOME_SPEED)
     controller = PlannedApproach(world, (posture,), control, options.planner)
     command = cell.hand.opened()
     result = execute(
         cell,
         controller,
-        HOME_SECONDS,
+        options.time_limit(HOME_SECONDS),
         command=lambda _: command,
         stop=lambda reading: unexpected_contact(cell, reading),
     )

@@ -43,7 +43,8 @@ class GripOptions:
     """Tension of each finger's tendon in the grip, N. Higher holds more, but deforms more."""
     max_tension: float = 170.0
     """Maximum tension of each finger's tendon where the measured load needs more than the grip, N.
-    Higher holds heavier objects."""
+    Higher holds heavier objects. The drives of the outer joints then hold more than this: 40 N
+    times the square of the rise of the tension, 420 N with the default."""
     load: float | None = None
     """Mass to lift, kg. Light objects get less tension. None applies the full tension."""
     lever: float = 0.0

@@ -14,7 +14,7 @@ from eyehand.data_synth.scenes import TabletopObject
 from eyehand.errors import InputError
 from eyehand.grasping import grasp_selection
 from eyehand.grasping.cell import Cell
-from eyehand.grasping.clearing import ClearOptions, clear_table
+from eyehand.grasping.clearing import HOME_SPEED, ClearOptions, clear_table, move_home
 from eyehand.grasping.failed_grasps import FailedGrasps
 from eyehand.grasping.grasp_selection import select_grasp
 from eyehand.grasping.motion import remaining_distance
@@ -144,6 +144,19 @@ def test_table_is_clear_only_after_observation_from_rest_posture():
     assert report.stop_reason == "clear"
     assert report.observations == 3
     assert np.allclose(robot.q, cell.home, atol=0.03)
+
+
+@pytest.mark.parametrize("speed", [0.2, 1.0])
+def test_speed_option_scales_the_way_home(speed):
+    robot = FakeRobot(None)
+    cell = trial_cell(robot)
+    cell.options = PickOptions(speed=speed)
+    robot.q = cell.home + 0.4
+    speeds: list[float] = []
+    cell.on_cycle = lambda cycle: speeds.append(float(np.linalg.norm(cycle.reading.velocity)))
+    assert move_home(cell, ground_truth_scene([], VIEW))
+    assert speeds
+    assert max(speeds) <= 1.001 * speed * HOME_SPEED
 
 
 def test_fault_during_return_is_reported_instead_of_clear_table():
