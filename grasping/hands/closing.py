@@ -47,7 +47,8 @@ MIN_GAP = 0.003
 TOUCH_HOLD_TENSION = 25.0
 """Maximum tension of a finger that touches first and waits for the thumb, N."""
 WRAP_HOLD_TENSION = 40.0
-"""Maximum tension with which pre-bent outer joints keep their bend in a precision grasp, N."""
+"""Maximum tension with which pre-bent outer joints keep their bend in a precision grasp, N. It
+grows with the square of the tension above `GripOptions.finger_tension`."""
 TENSION_RATE = 200.0
 """Rate at which the fingers' tension rises, N/s. Slower lets round objects settle."""
 LOST_SECONDS = 0.15
