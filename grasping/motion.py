@@ -40,6 +40,8 @@ TURN_SPEED = 3.5
 """Angular speed of the hand, rad/s."""
 GAIN = 12.0
 """Gain of the final, slow part of a motion, 1/s. A higher gain demands more of the arm's servos."""
+BRAKE_SECONDS = 0.5
+"""Time limit of braking at the end of a motion, s."""
 NEAR_ENOUGH = "near enough"
 """Reason of a stop near the goal of a motion that need not reach it."""
 POSITION_SLACK = 0.006
@@ -53,6 +55,10 @@ class Controller(Protocol):
 
     def step(self, q: NDArray[np.float64]) -> ControlStep:
         """Compute one control cycle at joint angles q (n,), rad."""
+        ...
+
+    def stop(self, q: NDArray[np.float64]) -> ControlStep:
+        """Compute one cycle of braking within the limits; the status ``stopped`` ends it."""
         ...
 
 
@@ -99,6 +105,7 @@ def execute(
     end = start + seconds
     infeasible = 0.0
     still = np.zeros(len(cell.robot.joints))
+    ramp = 0.0
     while True:
         reading = cell.reading
         if reading.fault:
@@ -108,6 +115,8 @@ def execute(
             return MotionResult("stopped", cell.touch_fault)
         stop_reason = stop(reading) if stop else ""
         if stop_reason:
+            if stop_reason == NEAR_ENOUGH:
+                _brake(cell, controller, ramp, command)
             cell.step(still)
             return MotionResult("stopped", stop_reason)
         cycle = controller.step(reading.q)
@@ -119,14 +128,33 @@ def execute(
             cell.step(still)
             return MotionResult("stuck", cycle.reason)
         if reading.time >= end:
+            _brake(cell, controller, ramp, command)
             cell.step(still)
             errors = ", ".join(f"{error:.3g}" for error in cycle.errors)
             return MotionResult(
                 "late", f"not reached after {seconds:g} s: errors {errors} (m or rad)"
             )
         # Zero velocity is safe, and so is every velocity between it and a safe one.
-        ramp = (reading.time - start + cell.robot.period) / ramp_seconds
-        cell.step(min(ramp, 1.0) * cycle.velocity, command(reading) if command else None)
+        ramp = min((reading.time - start + cell.robot.period) / ramp_seconds, 1.0)
+        cell.step(ramp * cycle.velocity, command(reading) if command else None)
+
+
+def _brake(
+    cell: Cell,
+    controller: Controller,
+    ramp: float,
+    command: Callable[[RobotReading], AnyCommand | None] | None,
+) -> None:
+    """Slow the arm down to a standstill within its limits; ``ramp`` is its share of the speed.
+
+    A command that drops to zero at once saturates the motors of light wrists.
+    """
+    end = cell.reading.time + BRAKE_SECONDS
+    while cell.reading.time < end and not cell.halted:
+        cycle = controller.stop(cell.reading.q)
+        if cycle.status == "stopped":
+            return
+        cell.step(ramp * cycle.velocity, command(cell.reading) if command else None)
 
 
 def unexpected_contact(cell: Cell, reading: RobotReading) -> str:

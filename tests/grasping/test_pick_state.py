@@ -7,10 +7,12 @@ import pytest
 from scipy.spatial.transform import RigidTransform
 
 from eyehand.apps.grasp.ground_truth_scene import ground_truth_scene
+from eyehand.control.tasks import Position
 from eyehand.data_synth.scenes import TabletopObject
 from eyehand.grasping import GraspOptions, plan_prototypes
 from eyehand.grasping.cell import Cell
 from eyehand.grasping.hands import preshape_command
+from eyehand.grasping.motion import NEAR_ENOUGH, execute
 from eyehand.grasping.pick_state import PickState, SelectedGrasp
 from eyehand.grasping.tray import Tray
 from eyehand.perception import Superquadric
@@ -49,3 +51,30 @@ def test_collision_model_uses_preshaped_hand(cell, prototype):
     assert (preshaped is evenly_open) == (prototype != "pincer"), (
         "a pincer's idle fingers stand wider"
     )
+
+
+def test_motion_that_ends_near_its_goal_brakes_within_the_limits(cell):
+    palm = cell.palm_pose()
+    goal = palm.translation + np.array([0.0, 0.2, 0.1])
+    controller = pick_state("precision").move_off(cell, (Position(goal),), speed=1.0)
+    commands = []
+    step = cell.robot.step
+
+    def recorded(velocity, command=None):
+        commands.append(np.array(velocity))
+        return step(velocity, command)
+
+    cell.robot.step = recorded
+    start = cell.reading.time
+    result = execute(
+        cell, controller, 2.0, stop=lambda now: NEAR_ENOUGH if now.time > start + 0.15 else ""
+    )
+    assert result.reason == NEAR_ENOUGH
+    moving = round(0.15 / cell.robot.period)
+    assert len(commands) > moving
+    fastest = max(np.abs(velocity).max() for velocity in commands)
+    assert fastest > 0.3, "the arm moves when the motion ends"
+    np.testing.assert_array_equal(commands[-1], 0.0)
+    changes = np.abs(np.diff(commands[moving - 1 :], axis=0))
+    allowed = controller.robot.limits()[:, 3] * cell.robot.period
+    assert (changes <= allowed * (1.0 + 1e-6)).all()
