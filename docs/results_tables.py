@@ -6,6 +6,8 @@ Store a measurement, then rewrite the tables of all pages:
     python docs/results_tables.py store NAME "eyehand evaluate grasp --scenes 40" report.json
     python docs/results_tables.py
 
+Several reports `LABEL=report.json` make one table; their rows get the field `label`.
+
 A page names the columns of a table before it. Each is a heading and a format of the row's fields:
 
     <!-- results NAME: scenes={name} | successful picks={success_pct:.1f} % -->
@@ -21,7 +23,7 @@ import datetime
 import json
 import re
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -37,9 +39,9 @@ OMITTED = ("out", "points")
 
 def main(arguments: list[str]) -> int:
     """Store a report, or rewrite all tables; return the exit code."""
-    if arguments[:1] == ["store"] and len(arguments) == 4:
-        name, command, file = arguments[1:]
-        store(name, command, json.loads(Path(file).read_text(encoding="utf-8")))
+    if arguments[:1] == ["store"] and len(arguments) >= 4:
+        name, command, *files = arguments[1:]
+        store(name, command, joined_report(files))
     elif arguments:
         sys.stderr.write(f"usage: {__doc__}")
         return 2
@@ -48,6 +50,21 @@ def main(arguments: list[str]) -> int:
         if text != (new := with_tables(text)):
             page.write_text(new, encoding="utf-8")
     return 0
+
+
+def joined_report(files: Sequence[str]) -> dict[str, Any]:
+    """Return the report of a file, or the first of several with the rows of all.
+
+    Each file is a path, or ``LABEL=PATH``. A label becomes the field ``label`` of its rows.
+    """
+    report: dict[str, Any] = {}
+    rows: list[dict[str, Any]] = []
+    for file in files:
+        label, _, path = file.rpartition("=")
+        content = json.loads(Path(path).read_text(encoding="utf-8"))
+        report = report or content
+        rows += [({"label": label} if label else {}) | row for row in content["rows"]]
+    return report | {"rows": rows}
 
 
 def store(name: str, command: str, report: dict[str, Any], folder: Path = DOCS / "results") -> Path:

@@ -42,6 +42,17 @@ def test_table_is_written_from_the_report(tmp_path):
     assert TABLES["with_tables"](text, tmp_path) == text
 
 
+def test_several_reports_make_one_table_with_labels(tmp_path):
+    files = []
+    for label, rate in (("first", 1.0), ("second", 2.0)):
+        file = tmp_path / f"{label}.json"
+        file.write_text(json.dumps({"seed": 7, "rows": [{"name": "a", "rate": rate}]}))
+        files.append(f"{label}={file}")
+    report = TABLES["joined_report"](files)
+    assert [(row["label"], row["rate"]) for row in report["rows"]] == [("first", 1), ("second", 2)]
+    assert report["seed"] == 7
+
+
 def test_column_without_a_field_is_an_error(tmp_path):
     TABLES["store"]("one", "eyehand", {"rows": [{"name": "a"}]}, tmp_path)
     with pytest.raises(KeyError, match="rate"):
