@@ -116,7 +116,7 @@ def execute(
         stop_reason = stop(reading) if stop else ""
         if stop_reason:
             if stop_reason == NEAR_ENOUGH:
-                _brake(cell, controller, ramp, command)
+                stop_reason = _brake(cell, controller, ramp, command, stop) or stop_reason
             cell.step(still)
             return MotionResult("stopped", stop_reason)
         cycle = controller.step(reading.q)
@@ -128,7 +128,7 @@ def execute(
             cell.step(still)
             return MotionResult("stuck", cycle.reason)
         if reading.time >= end:
-            _brake(cell, controller, ramp, command)
+            _brake(cell, controller, ramp, command, stop)
             cell.step(still)
             errors = ", ".join(f"{error:.3g}" for error in cycle.errors)
             return MotionResult(
@@ -144,17 +144,23 @@ def _brake(
     controller: Controller,
     ramp: float,
     command: Callable[[RobotReading], AnyCommand | None] | None,
-) -> None:
-    """Slow the arm down to a standstill within its limits; ``ramp`` is its share of the speed.
+    stop: Callable[[RobotReading], str] | None,
+) -> str:
+    """Brake within the limits; return the reason to stop at once, such as a contact, or "".
 
-    A command that drops to zero at once saturates the motors of light wrists.
+    ``ramp`` is the share of the controller's speed at which the arm moves. A command that drops to
+    zero at once saturates the motors of light wrists.
     """
     end = cell.reading.time + BRAKE_SECONDS
     while cell.reading.time < end and not cell.halted:
+        reason = stop(cell.reading) if stop else ""
+        if reason not in ("", NEAR_ENOUGH):
+            return reason
         cycle = controller.stop(cell.reading.q)
         if cycle.status == "stopped":
-            return
+            break
         cell.step(ramp * cycle.velocity, command(cell.reading) if command else None)
+    return ""
 
 
 def unexpected_contact(cell: Cell, reading: RobotReading) -> str:

@@ -78,3 +78,17 @@ def test_motion_that_ends_near_its_goal_brakes_within_the_limits(cell):
     changes = np.abs(np.diff(commands[moving - 1 :], axis=0))
     allowed = controller.robot.limits()[:, 3] * cell.robot.period
     assert (changes <= allowed * (1.0 + 1e-6)).all()
+
+
+def test_contact_while_braking_stops_the_arm_at_once(cell):
+    goal = cell.palm_pose().translation + np.array([0.0, 0.2, 0.1])
+    controller = pick_state("precision").move_off(cell, (Position(goal),), speed=1.0)
+    start = cell.reading.time
+
+    def stop(now):
+        passed = now.time - start
+        return "contact" if passed > 0.17 else NEAR_ENOUGH if passed > 0.15 else ""
+
+    result = execute(cell, controller, 2.0, stop=stop)
+    assert (result.end, result.reason) == ("stopped", "contact")
+    assert cell.reading.time - start < 0.18
