@@ -157,7 +157,6 @@ RENAMED: dict[str, str] = {
 
 EXTRAS: dict[str, str] = {
     "OpenGL": "sim",
-    "pyarrow": "sim",
     "imageio_ffmpeg": "view",
     "matplotlib": "view",
     "pyvista": "view",
@@ -178,9 +177,7 @@ EXTRAS: dict[str, str] = {
 NEEDED: dict[str, tuple[str, ...]] = {
     "demo": ("matplotlib", "imageio_ffmpeg"),
     "evaluate": ("matplotlib",),
-    "evaluate grasp": ("matplotlib", "pyarrow"),
     "chart": ("matplotlib",),
-    "chart grasp": ("matplotlib", "pyarrow"),
     "stress": ("matplotlib",),
     "touch": ("viser",),
     "experiment": ("matplotlib",),

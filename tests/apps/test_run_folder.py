@@ -62,7 +62,7 @@ def test_command_is_refused_in_one_line(held, capsys):
 
 def test_temporaries_of_a_live_run_are_kept_and_those_of_a_killed_one_removed(held):
     folder, kill = held
-    temporary = folder / "rows" / ".abc.parquet"
+    temporary = folder / "rows" / ".abc.json"
     temporary.parent.mkdir()
     temporary.write_bytes(b"half a row")
     with pytest.raises(InputError, match="another run"):

@@ -73,7 +73,7 @@ def evaluate_grasp(
     --load-step, --perception or --control, the rows are all combinations of the values. A scene
     ends when it is clear, after two successive failures, or when the robot stops because of a fault
     or an ambiguous scene. Finished scenes are stored: the same command continues a stopped run.
-    Writes rows/*.parquet, evaluate.png, evaluate.csv and report.html.
+    Writes rows/*.json, evaluate.png, evaluate.csv and report.html.
 
     Parameters
     ----------

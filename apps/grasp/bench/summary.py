@@ -150,19 +150,19 @@ def rerun_command(record: Record) -> str:
 
     This is a demo if its conditions, objects and camera are those of the demo, else an evaluation.
     """
-    if not record["known"] and not record["objects_dir"] and not _differing(record):
-        purpose = "" if record["purpose"] in (None, "lift") else f" --purpose {record['purpose']}"
+    purpose = record.get("purpose") or "lift"
+    extra = "" if purpose == "lift" else f" --purpose {purpose}"
+    if not record["known"] and not record.get("objects_dir") and not _differing(record):
         return (
             f"eyehand demo --scene {record['family']} --seed {record['seed']} "
-            f"--objects {record['objects']} --failures {FAILURES}{purpose}{_files(record)} "
+            f"--objects {record['objects']} --failures {FAILURES}{extra}{_files(record)} "
             f"--out {RERUN_FOLDER}/{record['key']}"
         )
     words = ["eyehand evaluate grasp", "--scenes 1", f"--seed {record['seed']}"]
     words.append(f"--family {record['family']}")
     options = {name: name.replace("_", "-") for name in _differing(record)}
     words += [f"--{option} {_value_text(record[name])}" for name, option in options.items()]
-    words += [] if record["purpose"] in (None, "lift") else [f"--purpose {record['purpose']}"]
-    words.append("--no-camera" if record["known"] else "--no-known")
+    words.append(f"{'--no-camera' if record['known'] else '--no-known'}{extra}")
     if record["family"] != "single":
         words.append(f"--count {record['objects']}")
     return f"{' '.join(words)}{_files(record)} --out {RERUN_FOLDER}/{record['key']}"

@@ -85,7 +85,7 @@ def test_default_run_has_seven_rows_and_writes_files(run, tmp_path):
         assert row["plan_ms"] > 0
         if row["known"]:
             assert row["success_pct"] == row["cleared_pct"] == 100
-    assert len(list((tmp_path / "rows").glob("*.parquet"))) == 21
+    assert len(list((tmp_path / "rows").glob("*.json"))) == 21
     page = (tmp_path / "report.html").read_text()
     assert "packed, friction 0.6, shake 2 s" in page
     assert "&lt; 20 mm &amp; rolled" in page
