@@ -77,10 +77,14 @@ def _refuse_former_name(arguments: list[str]) -> None:
         if former in RENAMED:
             print(f"eyehand: '{former}' is now '{RENAMED[former]}'", file=sys.stderr)
             sys.exit(2)
-    # The former `evaluate` took options without naming a stage.
-    option = arguments[1] if len(arguments) > 1 else ""
-    if arguments[0] == "evaluate" and option.startswith("--") and option != "--help":
+    first = arguments[1] if len(arguments) > 1 else "--help"
+    is_option = first.startswith("-")
+    # The former `evaluate` took options without a stage, and the former `demo` a frame.
+    if arguments[0] == "evaluate" and is_option and first not in ("--help", "-h"):
         print("eyehand: 'evaluate' is now 'evaluate grasp'", file=sys.stderr)
+        sys.exit(2)
+    if arguments[0] == "demo" and (not is_option or first in ("--look", "--perception-only")):
+        print("eyehand: 'demo FRAME' is now 'perceive FRAME'", file=sys.stderr)
         sys.exit(2)
 
 

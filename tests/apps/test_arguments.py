@@ -102,6 +102,8 @@ def test_demo_rejects_zero_failures(capsys):
         (("touch", "track", "--quick"), "experiment track"),
         (("touch", "stress"), "stress touch"),
         (("evaluate", "--scenes", "1"), "evaluate grasp"),
+        (("demo", "frame.png"), "perceive FRAME"),
+        (("demo", "--look"), "perceive FRAME"),
     ],
 )
 def test_former_command_names_the_present_one_and_exits_with_2(capsys, former, present):
