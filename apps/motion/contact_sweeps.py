@@ -25,13 +25,27 @@ OVERSHOOT = 0.05
 def contact_sweeps() -> tuple[Sweep[ControlOptions], ...]:
     """Return the sweeps over near obstacles."""
     return (
-        Sweep("penetration", "start in penetration, depth", "mm",
-              (1.0, 5.0, 10.0, 20.0, 40.0, 80.0, 95.0), 80.0, _penetration,
-              "moves out to the margin, never deeper than at the start", repeats=3),
-        Sweep("flying-ball", "a ball flies at the hand, speed", "m/s",
-              (0.1, 0.2, 0.4, 0.8, 1.6, 3.2, 6.4), 0.4, _flying_ball,
-              "margin kept, or status infeasible", repeats=4),
-    )  # fmt: skip
+        Sweep(
+            name="penetration",
+            axis="start in penetration, depth",
+            unit="mm",
+            values=(1.0, 5.0, 10.0, 20.0, 40.0, 80.0, 95.0),
+            holds_to=80.0,
+            attempt=_penetration,
+            right="moves out to the margin, never deeper than at the start",
+            repeats=3,
+        ),
+        Sweep(
+            name="flying-ball",
+            axis="a ball flies at the hand, speed",
+            unit="m/s",
+            values=(0.1, 0.2, 0.4, 0.8, 1.6, 3.2, 6.4),
+            holds_to=0.4,
+            attempt=_flying_ball,
+            right="margin kept, or status infeasible",
+            repeats=4,
+        ),
+    )
 
 
 def _penetration(depth_mm: float, seed: int, options: ControlOptions) -> Trial:

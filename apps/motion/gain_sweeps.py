@@ -47,20 +47,47 @@ CHATTER = 1e-3
 def gain_sweeps() -> tuple[Sweep[ControlOptions], ...]:
     """Return the sweeps over gains, periods and switching weights."""
     return (
-        Sweep("gain", "requested gain β dt λmax(∇²H)", "",
-              (0.5, 0.99, 1.01, 1.5, 2.0, 4.0, 100.0), 100.0, _requested_gain,
-              "accepted up to 1, above rejected with a valid η and dt", repeats=1),
-        Sweep("raw-gain", "the same gain of eq. 8 alone, without the check", "",
-              (0.25, 0.5, 1.0, 1.5, 1.9, 1.98, 2.02, 2.1, 2.5, 3.0), 1.9, _raw_gain,
-              f"oscillates by less than {MAX_AMPLITUDE_MM:g} mm", repeats=4),
-        Sweep("period", "control period", "ms", (1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0), 100.0,
-              _period,
-              "margin kept past a ball, no oscillation at the end; or rejected as above",
-              repeats=3),
-        Sweep("switching", "cycles between switches of fixed and dynamic weight", "",
-              (200.0, 50.0, 20.0, 10.0, 5.0, 2.0, 1.0), 1.0, _switching,
-              f"reached, below {MAX_ACCELERATION:g} rad/s², no chatter at the goal", repeats=3),
-    )  # fmt: skip
+        Sweep(
+            name="gain",
+            axis="requested gain β dt λmax(∇²H)",
+            unit="",
+            values=(0.5, 0.99, 1.01, 1.5, 2.0, 4.0, 100.0),
+            holds_to=100.0,
+            attempt=_requested_gain,
+            right="accepted up to 1, above rejected with a valid η and dt",
+            repeats=1,
+        ),
+        Sweep(
+            name="raw-gain",
+            axis="the same gain of eq. 8 alone, without the check",
+            unit="",
+            values=(0.25, 0.5, 1.0, 1.5, 1.9, 1.98, 2.02, 2.1, 2.5, 3.0),
+            holds_to=1.9,
+            attempt=_raw_gain,
+            right=f"oscillates by less than {MAX_AMPLITUDE_MM:g} mm",
+            repeats=4,
+        ),
+        Sweep(
+            name="period",
+            axis="control period",
+            unit="ms",
+            values=(1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0),
+            holds_to=100.0,
+            attempt=_period,
+            right="margin kept past a ball, no oscillation at the end; or rejected as above",
+            repeats=3,
+        ),
+        Sweep(
+            name="switching",
+            axis="cycles between switches of fixed and dynamic weight",
+            unit="",
+            values=(200.0, 50.0, 20.0, 10.0, 5.0, 2.0, 1.0),
+            holds_to=1.0,
+            attempt=_switching,
+            right=f"reached, below {MAX_ACCELERATION:g} rad/s², no chatter at the goal",
+            repeats=3,
+        ),
+    )
 
 
 def _requested_gain(gain: float, seed: int, options: ControlOptions) -> Trial:

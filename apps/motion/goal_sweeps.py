@@ -28,19 +28,47 @@ LONG_TRIALS = 2
 def goal_sweeps() -> tuple[Sweep[ControlOptions], ...]:
     """Return the sweeps over goals."""
     return (
-        Sweep("out-of-reach", "goal beyond the arm's reach", "mm",
-              (-100.0, -20.0, -5.0, 0.0, 5.0, 20.0, 100.0, 1000.0, 10000.0), 10000.0,
-              _out_of_reach, "reached, or stuck and at rest", repeats=4),
-        Sweep("inside-obstacle", "goal inside a ball, below its surface", "mm",
-              (0.0, 20.0, 60.0, 120.0), 120.0, _inside,
-              "stuck at the margin, naming the ball, for 60 s", repeats=LONG_TRIALS),
-        Sweep("behind-wall", "width of a wall between hand and goal", "cm",
-              (10.0, 30.0, 80.0, 160.0), 160.0, _behind_wall,
-              "past the wall, or stuck and naming it, for 60 s", repeats=LONG_TRIALS),
-        Sweep("conflict", "distance between two goals of the same point", "mm",
-              (0.0, 1.0, 10.0, 100.0, 1000.0), 1000.0, _conflict,
-              "first goal reached and kept, second named as not reached", repeats=3),
-    )  # fmt: skip
+        Sweep(
+            name="out-of-reach",
+            axis="goal beyond the arm's reach",
+            unit="mm",
+            values=(-100.0, -20.0, -5.0, 0.0, 5.0, 20.0, 100.0, 1000.0, 10000.0),
+            holds_to=10000.0,
+            attempt=_out_of_reach,
+            right="reached, or stuck and at rest",
+            repeats=4,
+        ),
+        Sweep(
+            name="inside-obstacle",
+            axis="goal inside a ball, below its surface",
+            unit="mm",
+            values=(0.0, 20.0, 60.0, 120.0),
+            holds_to=120.0,
+            attempt=_inside,
+            right="stuck at the margin, naming the ball, for 60 s",
+            repeats=LONG_TRIALS,
+        ),
+        Sweep(
+            name="behind-wall",
+            axis="width of a wall between hand and goal",
+            unit="cm",
+            values=(10.0, 30.0, 80.0, 160.0),
+            holds_to=160.0,
+            attempt=_behind_wall,
+            right="past the wall, or stuck and naming it, for 60 s",
+            repeats=LONG_TRIALS,
+        ),
+        Sweep(
+            name="conflict",
+            axis="distance between two goals of the same point",
+            unit="mm",
+            values=(0.0, 1.0, 10.0, 100.0, 1000.0),
+            holds_to=1000.0,
+            attempt=_conflict,
+            right="first goal reached and kept, second named as not reached",
+            repeats=3,
+        ),
+    )
 
 
 def _out_of_reach(beyond_mm: float, seed: int, options: ControlOptions) -> Trial:

@@ -128,8 +128,14 @@ def _image_size(width: float, seed: int, method: SegmentCallable) -> Trial:
     return try_scene(method, replace(scene, view=replace(scene.view, image_size=size)), seed)
 
 
-@as_sweep("grazing", "camera elevation", "°", (60, 45, 30, 20, 15, 10, 7, 5), holds_to=10,
-          right="exactly the 3 objects side by side found")  # fmt: skip
+@as_sweep(
+    "grazing",
+    "camera elevation",
+    "°",
+    (60, 45, 30, 20, 15, 10, 7, 5),
+    holds_to=10,
+    right="exactly the 3 objects side by side found",
+)
 def _grazing(elevation: float, seed: int, method: SegmentCallable) -> Trial:
     rng = np.random.default_rng([seed, 3])
     solids = [
@@ -147,8 +153,14 @@ def _grazing(elevation: float, seed: int, method: SegmentCallable) -> Trial:
     return try_scene(method, StagedScene(objects, view), seed)
 
 
-@as_sweep("empty", "noise at 1 m, on an empty table", "mm", (0, 1, 2, 3, 4, 5, 7, 10, 15),
-          holds_to=10, right="no object found")  # fmt: skip
+@as_sweep(
+    "empty",
+    "noise at 1 m, on an empty table",
+    "mm",
+    (0, 1, 2, 3, 4, 5, 7, 10, 15),
+    holds_to=10,
+    right="no object found",
+)
 def _empty(sigma: float, seed: int, method: SegmentCallable) -> Trial:
     rng = np.random.default_rng([seed, 7])
     view = view_around(rng, elevation=(25, 65), distance=(0.6, 1.1), turn=180.0)
@@ -157,9 +169,15 @@ def _empty(sigma: float, seed: int, method: SegmentCallable) -> Trial:
     return try_scene(method, StagedScene((), view, table), seed, noise_at_one_metre(sigma * MM))
 
 
-@as_sweep("repeat", f"noise at 1 m, {NOISE_DRAWS} frames per scene", "mm",
-          (0, 1, 2, 3, 5, 8, 12, 16), holds_to=8,
-          right=f"5 objects in each of {NOISE_DRAWS} frames", repeats=3)  # fmt: skip
+@as_sweep(
+    "repeat",
+    f"noise at 1 m, {NOISE_DRAWS} frames per scene",
+    "mm",
+    (0, 1, 2, 3, 5, 8, 12, 16),
+    holds_to=8,
+    right=f"5 objects in each of {NOISE_DRAWS} frames",
+    repeats=3,
+)
 def _repeat(sigma: float, seed: int, method: SegmentCallable) -> Trial:
     scene = ordinary_scene(seed)
     trials = [

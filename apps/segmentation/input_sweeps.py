@@ -26,17 +26,30 @@ REFERENCE_RUNS = 3
 holds_time = partial(as_sweep, right=f"within {MAX_TIME_RATIO:g} times an ordinary frame")
 
 
-@as_sweep("millimetres", "scene distance, mm read as m", "mm",
-          (3000, 2000, 1000, 500, 300, 200, 150, 100, 50, 20), holds_to=150,
-          right="rejected; the message suggests millimetres", repeats=1)  # fmt: skip
+@as_sweep(
+    "millimetres",
+    "scene distance, mm read as m",
+    "mm",
+    (3000, 2000, 1000, 500, 300, 200, 150, 100, 50, 20),
+    holds_to=150,
+    right="rejected; the message suggests millimetres",
+    repeats=1,
+)
 def _millimetres(distance: float, seed: int, method: SegmentCallable) -> Trial:
     frame, _ = staged_frame(ordinary_scene(seed), BASE_NOISE, seed)
     depth = frame.depth / np.median(frame.depth[frame.valid]) * np.float32(distance)
     return _try_rejection(method, depth, frame.intrinsics, "millimetres")
 
 
-@as_sweep("nan", "pixels that are NaN", "px", (1, 100, 10_000, 307_200), holds_to=307_200,
-          right="rejected; the message names NaN", repeats=1)  # fmt: skip
+@as_sweep(
+    "nan",
+    "pixels that are NaN",
+    "px",
+    (1, 100, 10_000, 307_200),
+    holds_to=307_200,
+    right="rejected; the message names NaN",
+    repeats=1,
+)
 def _nan(count: float, seed: int, method: SegmentCallable) -> Trial:
     frame, _ = staged_frame(ordinary_scene(seed), BASE_NOISE, seed)
     depth = frame.depth.copy()
@@ -44,8 +57,14 @@ def _nan(count: float, seed: int, method: SegmentCallable) -> Trial:
     return _try_rejection(method, depth, frame.intrinsics, "NaN")
 
 
-@as_sweep("readings", "pixels with a reading", "px", (10_000, 1000, 100, 10, 1, 0), holds_to=0,
-          right="valid answer without objects; rejected without readings")  # fmt: skip
+@as_sweep(
+    "readings",
+    "pixels with a reading",
+    "px",
+    (10_000, 1000, 100, 10, 1, 0),
+    holds_to=0,
+    right="valid answer without objects; rejected without readings",
+)
 def _readings(count: float, seed: int, method: SegmentCallable) -> Trial:
     frame, truth = staged_frame(ordinary_scene(seed), BASE_NOISE, seed)
     if count == 0:
@@ -60,8 +79,14 @@ def _readings(count: float, seed: int, method: SegmentCallable) -> Trial:
     return Trial(not note, note, clean=not fault, seconds=seconds, picture=picture)
 
 
-@as_sweep("tiny-image", "side of the image", "px", (64, 32, 16, 8, 4, 3, 2, 1), holds_to=1,
-          right="valid answer")  # fmt: skip
+@as_sweep(
+    "tiny-image",
+    "side of the image",
+    "px",
+    (64, 32, 16, 8, 4, 3, 2, 1),
+    holds_to=1,
+    right="valid answer",
+)
 def _tiny_image(side: float, seed: int, method: SegmentCallable) -> Trial:
     size = int(side)
     rng = np.random.default_rng([seed, size])
@@ -76,8 +101,13 @@ def _tiny_image(side: float, seed: int, method: SegmentCallable) -> Trial:
     return Trial(not fault, fault, clean=not fault, seconds=seconds, picture=picture)
 
 
-@holds_time("tiny-objects", "objects in one image", "", (100, 400, 1000, 2000, 4000, 16_000),
-            holds_to=16_000)  # fmt: skip
+@holds_time(
+    "tiny-objects",
+    "objects in one image",
+    "",
+    (100, 400, 1000, 2000, 4000, 16_000),
+    holds_to=16_000,
+)
 def _tiny_objects(count: float, seed: int, method: SegmentCallable) -> Trial:
     return _in_time(method, *_studded(int(count), seed))
 

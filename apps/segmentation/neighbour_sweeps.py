@@ -37,8 +37,13 @@ def _gap(gap: float, seed: int, method: SegmentCallable) -> Trial:
     return try_scene(method, StagedScene(objects, view_around(rng, (35, 50), turn=25.0)), seed)
 
 
-@finds_both("gap-aligned", "gap between equal boxes in line", "mm",
-            (20, 15, 10, 8, 6, 4, 3, 2, 1), holds_to=8)  # fmt: skip
+@finds_both(
+    "gap-aligned",
+    "gap between equal boxes in line",
+    "mm",
+    (20, 15, 10, 8, 6, 4, 3, 2, 1),
+    holds_to=8,
+)
 def _gap_aligned(gap: float, seed: int, method: SegmentCallable) -> Trial:
     rng = np.random.default_rng([seed, 13])
     wide, deep, tall = rng.uniform(0.05, 0.09, 3)
@@ -84,8 +89,13 @@ def _stack(inset: float, seed: int, method: SegmentCallable) -> Trial:
     )
 
 
-@finds_both_or_warns("tapered-stack", "taper of two equal stacked solids", "°",
-                     (15, 12, 10, 8, 6, 4, 2, 0), holds_to=6)  # fmt: skip
+@finds_both_or_warns(
+    "tapered-stack",
+    "taper of two equal stacked solids",
+    "°",
+    (15, 12, 10, 8, 6, 4, 2, 0),
+    holds_to=6,
+)
 def _tapered_stack(taper: float, seed: int, method: SegmentCallable) -> Trial:
     rng = np.random.default_rng([seed, 23])
     x, y = rng.uniform(0.075, 0.095, 2)
@@ -105,8 +115,13 @@ def _flush(step: float, seed: int, method: SegmentCallable) -> Trial:
     return try_scene(method, _flush_scene(step, seed, same=True), seed, colour=True, ambiguous=True)
 
 
-@finds_both("flush-colour", "the same, boxes of two colours", "mm", (20, 15, 10, 8, 6, 4, 2, 0),
-            holds_to=None)  # fmt: skip
+@finds_both(
+    "flush-colour",
+    "the same, boxes of two colours",
+    "mm",
+    (20, 15, 10, 8, 6, 4, 2, 0),
+    holds_to=None,
+)
 def _flush_colour(step: float, seed: int, method: SegmentCallable) -> Trial:
     return try_scene(method, _flush_scene(step, seed, same=False), seed, colour=True)
 
@@ -125,8 +140,13 @@ def _flush_scene(step: float, seed: int, *, same: bool) -> StagedScene:
     return StagedScene(objects, view_around(rng, (35, 50), turn=30.0))
 
 
-@finds_both("occluded-box", "bar in front of a 180 mm box", "mm",
-            (10, 20, 30, 40, 60, 80, 100, 120, 140), holds_to=100)  # fmt: skip
+@finds_both(
+    "occluded-box",
+    "bar in front of a 180 mm box",
+    "mm",
+    (10, 20, 30, 40, 60, 80, 100, 120, 140),
+    holds_to=100,
+)
 def _occluded_box(width: float, seed: int, method: SegmentCallable) -> Trial:
     rng = np.random.default_rng([seed, 31])
     behind = StagedObject(
@@ -135,8 +155,13 @@ def _occluded_box(width: float, seed: int, method: SegmentCallable) -> Trial:
     return _behind_bar(behind, width, rng, seed, method)
 
 
-@finds_both("occluded-roll", "bar in front of a 180 mm roll", "mm",
-            (10, 20, 30, 40, 60, 80, 100, 120, 140), holds_to=100)  # fmt: skip
+@finds_both(
+    "occluded-roll",
+    "bar in front of a 180 mm roll",
+    "mm",
+    (10, 20, 30, 40, 60, 80, 100, 120, 140),
+    holds_to=100,
+)
 def _occluded_roll(width: float, seed: int, method: SegmentCallable) -> Trial:
     rng = np.random.default_rng([seed, 37])
     behind = StagedObject(shapes.rod(rng.uniform(0.03, 0.04), 0.18), (0.0, 0.04, 0.0), colour=RED)

@@ -40,8 +40,13 @@ def _slim(thickness: float, seed: int, method: SegmentCallable) -> Trial:
     )
 
 
-@finds_both("board", "thickness of a board seen edge-on", "mm",
-            (20, 15, 12, 10, 8, 6, 5, 4, 3, 2), holds_to=20)  # fmt: skip
+@finds_both(
+    "board",
+    "thickness of a board seen edge-on",
+    "mm",
+    (20, 15, 12, 10, 8, 6, 5, 4, 3, 2),
+    holds_to=20,
+)
 def _board(thickness: float, seed: int, method: SegmentCallable) -> Trial:
     rng = np.random.default_rng([seed, 53])
     solid = shapes.box(thickness * MM, rng.uniform(0.06, 0.1), rng.uniform(0.06, 0.1))
@@ -70,9 +75,14 @@ def _bowl(depth: float, seed: int, method: SegmentCallable) -> Trial:
     )
 
 
-@as_sweep("in-bowl", "diameter of a ball in a bowl", "mm",
-          (80, 70, 60, 50, 40, 30, 25, 20, 15, 10), holds_to=None,
-          right="exactly bowl, ball and the box beside them found")  # fmt: skip
+@as_sweep(
+    "in-bowl",
+    "diameter of a ball in a bowl",
+    "mm",
+    (80, 70, 60, 50, 40, 30, 25, 20, 15, 10),
+    holds_to=None,
+    right="exactly bowl, ball and the box beside them found",
+)
 def _in_bowl(diameter: float, seed: int, method: SegmentCallable) -> Trial:
     rng = np.random.default_rng([seed, 67])
     wall, depth = 0.004, 0.05

@@ -40,9 +40,15 @@ def cloud_sweeps() -> tuple[Sweep[FitCallable], ...]:
     """Return the sweeps of point count, noise, outliers, visible share and distance."""
     shares = (100, 80, 60, 50, 40, 30, 20, 10)
     return (
-        Sweep("points", "points of one view", "",
-              (1000, 500, 300, 200, 150, 100, 70, 50, 40, 30, 20, 10), 100, _points,
-              f"{ACCURATE}; below {MIN_POINTS} points refused by name"),
+        Sweep(
+            name="points",
+            axis="points of one view",
+            unit="",
+            values=(1000, 500, 300, 200, 150, 100, 70, 50, 40, 30, 20, 10),
+            holds_to=100,
+            attempt=_points,
+            right=f"{ACCURATE}; below {MIN_POINTS} points refused by name",
+        ),
         *accuracy_sweeps(
             [
                 ("noise", "noise per coordinate", "mm", (0, 0.5, 1, 2, 3, 4, 5, 7, 10), 2, _noise),
@@ -58,10 +64,16 @@ def cloud_sweeps() -> tuple[Sweep[FitCallable], ...]:
                 ("occluded", "share of one view that is not hidden", "%", shares, 80, _occluded),
             ]
         ),
-        Sweep("far", "distance of the cloud from the origin", "m",
-              (1, 10, 100, 1000, 10_000, 100_000, 1_000_000), 10_000, _far,
-              "the same solid as near the origin, to 1e-5 of its size"),
-    )  # fmt: skip
+        Sweep(
+            name="far",
+            axis="distance of the cloud from the origin",
+            unit="m",
+            values=(1, 10, 100, 1000, 10_000, 100_000, 1_000_000),
+            holds_to=10_000,
+            attempt=_far,
+            right="the same solid as near the origin, to 1e-5 of its size",
+        ),
+    )
 
 
 def accuracy_sweeps(rows: Iterable[SweepRow]) -> list[Sweep[FitCallable]]:

@@ -58,15 +58,21 @@ def solid_sweeps() -> tuple[Sweep[FitCallable], ...]:
     return (
         *accuracy_sweeps(rows),
         *(
-            Sweep(name, f"noise of a {shape} of {2e3 * HALF_LENGTH:.0f} mm", "mm",
-                  (0, 0.01, 0.1, 0.3, 0.5, 1, 2, 3, 5), holds_to, attempt,
-                  "refused, or a solid no larger than the points")
+            Sweep(
+                name=name,
+                axis=f"noise of a {shape} of {2e3 * HALF_LENGTH:.0f} mm",
+                unit="mm",
+                values=(0, 0.01, 0.1, 0.3, 0.5, 1, 2, 3, 5),
+                holds_to=holds_to,
+                attempt=attempt,
+                right="refused, or a solid no larger than the points",
+            )
             for name, shape, holds_to, attempt in (
                 ("sheet", "bare sheet", 5, _sheet),
                 ("wire", "straight wire", 0.5, _wire),
             )
         ),
-    )  # fmt: skip
+    )
 
 
 def _exponent_rows() -> list[SweepRow]:
