@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from .opposed_grasps import plan_opposed_grasps
     from .pick_options import PickOptions
     from .pick_state import SelectedGrasp
+    from .support_memory import SupportMemory
     from .tray import Tray
 
 __all__ = [
@@ -76,6 +77,7 @@ __all__ = [
     "Robot",
     "RobotReading",
     "SelectedGrasp",
+    "SupportMemory",
     "Tray",
     "clear_table",
     "correct_depth",
@@ -108,6 +110,7 @@ _LAZY = {
     "FailedGrasps": "failed_grasps",
     "PickOptions": "pick_options",
     "SelectedGrasp": "pick_state",
+    "SupportMemory": "support_memory",
     "Tray": "tray",
     "clear_table": "clearing",
     "execute": "motion",

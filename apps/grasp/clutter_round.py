@@ -42,6 +42,7 @@ from eyehand.grasping import (
     CORRECTED_SCALE_ERROR,
     Grasp,
     JawOptions,
+    SupportMemory,
     correct_depth,
     load_hand,
     plan_grasps,
@@ -91,6 +92,8 @@ class ClutterTrial:
     """Noise of the depth image."""
     known_table: bool = False
     """Whether scale and tilt of the image are corrected from the known height of the table."""
+    learned_table: bool = False
+    """Whether the images of a round are scaled to the mean height of the table in them."""
     hand: str = "panda"
     """Name or file of the hand."""
     view: ClutterView = "side"
@@ -159,12 +162,13 @@ def run_clutter_round(trial: dict[str, Any]) -> dict[str, Any]:
     )
     attempts: list[Attempt] = []
     failed: tuple[Grasp, ...] = ()
+    memory = SupportMemory(JawOptions().depth_error) if settings.learned_table else None
     failures, ended = 0, "cleared"
     while world.count:
         if len(attempts) == settings.max_attempts:
             ended = "attempts"
             break
-        attempt, grasp, reason = _attempt(world, settings, failed, rng)
+        attempt, grasp, reason = _attempt(world, settings, failed, rng, memory)
         if attempt is None or grasp is None:
             ended = f"no grasp: {reason}"
             break
@@ -207,6 +211,7 @@ def _attempt(
     settings: ClutterTrial,
     failed: tuple[Grasp, ...],
     rng: np.random.Generator,
+    memory: SupportMemory | None,
 ) -> tuple[Attempt | None, Grasp | None, str]:
     """Look, plan and grasp once."""
     T_world_camera = camera_pose(settings.view, settings.changes.camera_turned)
@@ -227,9 +232,13 @@ def _attempt(
     started = time.thread_time()
     if settings.known_table:
         frame, _ = correct_depth(frame, TABLE_HEIGHT)
+    options = _options(settings, failed)
+    if memory is not None:
+        frame, error = memory.corrected(frame)
+        options = replace(options, depth_error=error)
     scene = perceive(frame)
     perceived = time.thread_time()
-    grasps = plan_grasps(scene, world.hand, _options(settings, failed))
+    grasps = plan_grasps(scene, world.hand, options)
     planned = time.thread_time()
     if not grasps:
         return None, None, grasps.reason

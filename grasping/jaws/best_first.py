@@ -170,9 +170,11 @@ def _checked(
         one = rest.take(slice(FINAL_STEP))
         full = hand_clearances(one.candidates, one.opening, tests.readings, tests.shell, FULL_RANK)
         clearance = np.minimum(one.clearance, full)
-        error = depth_error_term(one, surface, tests.coarse, tests.scene, tests.hand, options)
+        error, deeper = depth_error_term(
+            one, surface, tests.coarse, tests.scene, tests.hand, options
+        )
         terms = {**one.terms, **clearance_terms(clearance, options), "depth_error": error}
-        one = replace(one, clearance=clearance, terms=terms)
+        one = replace(one, clearance=clearance, terms=terms, deeper=deeper)
         found = one if found is None else join_scored([found, one])
         rest = _worth_testing(rest.take(slice(FINAL_STEP, None)), found, axes, options)
     return found

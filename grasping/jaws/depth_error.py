@@ -31,6 +31,12 @@ SMALL_ERROR = 0.01
 """Largest small deviation of the scale."""
 STOPPED_TERM = 0.5
 """Probability that an arm that does not stop succeeds although its hand touches something."""
+DEEPER = (0.0, 0.012, 0.024)
+"""Distances by which a guarded arm may go on along its approach, m. If the object is farther than
+it looks, the hand still reaches it; if not, the first contact stops the arm."""
+GUARDED_SPREAD = 4.0 / 3.0
+"""Factor of a large deviation for a guarded arm. Grasps chosen for more than the deviation fail
+less often at large errors: 70 instead of 65 of 89 in development rounds."""
 MIN_SHIFT = 1e-4
 """Minimum standard deviation of a shift along the closing axis, m."""
 REACHED = 0.002
@@ -44,26 +50,37 @@ def depth_error_term(
     scene: Scene,
     hand: ParallelHand,
     options: JawOptions,
-) -> NDArray[np.float64]:
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the mean success under errors of the depth scale over that without error, (n,).
 
     The candidates are those of one object. An error moves the scene along the line of sight. The
     hand then meets the object elsewhere, or touches it, a neighbour or the support on its way. A
-    guarded arm stops and closes there.
+    guarded arm stops and closes there. Therefore it may go deeper if the error is large: the second
+    result is the best of `DEEPER` for each candidate, (n,), m, and the first one is for it.
     """
     count = len(scored.candidates)
     if options.depth_error <= 0.0 or count == 0:
-        return np.ones(count)
-    sight = scored.candidates.tip - scene.view_origin
-    errors = FEW_ERRORS if options.depth_error <= SMALL_ERROR else ERRORS
+        return np.ones(count), np.zeros(count)
+    few = options.depth_error <= SMALL_ERROR
+    sinks = options.guarded and not few
+    sigma = options.depth_error * (GUARDED_SPREAD if sinks else 1.0)
+    errors = FEW_ERRORS if few else ERRORS
     weights = np.exp(-0.5 * errors**2)
-    tips = scored.candidates.tip + options.depth_error * errors[:, None, None] * sight
+    weights /= weights.sum()
+    sight = scored.candidates.tip - scene.view_origin
+    tips = scored.candidates.tip + sigma * errors[:, None, None] * sight
     # One call for all errors: each would take 0.3 ms.
     index = np.tile(np.arange(count), len(errors))
-    moved = scored.candidates.take(index).at(tips.reshape(-1, 3))
-    success = _success(moved, scored.opening[index], surface, scene, blocks, hand, options)
+    moved = scored.candidates.take(index)
+    best, deeper = np.zeros(count), np.zeros(count)
+    for depth in DEEPER if sinks else DEEPER[:1]:
+        at = moved.at(tips.reshape(-1, 3) + depth * moved.rotation[:, :, 2])
+        success = _success(at, scored.opening[index], surface, scene, blocks, hand, options)
+        mean = weights @ success.reshape(-1, count)
+        deeper = np.where(mean > best, depth, deeper)
+        best = np.maximum(mean, best)
     nominal = np.maximum(scored.terms["friction"] * scored.terms["overlap"], 1e-6)
-    return np.clip(weights @ success.reshape(-1, count) / (weights.sum() * nominal), 0.0, 1.0)
+    return np.clip(best / nominal, 0.0, 1.0), deeper
 
 
 def sideways_term(

@@ -36,7 +36,9 @@ class JawOptions:
     """Whether the hand always opens fully before it closes. Otherwise it opens less where its
     fingers would touch something."""
     guarded: bool = False
-    """Whether the arm stops at the first contact of the hand, and closes there."""
+    """Whether the arm stops at the first contact of the hand, and closes there. With an unknown
+    scale, such a grasp may lie up to 24 mm deeper than the object looks, even below the support:
+    never execute it with an arm that does not stop."""
     per_object: int = 3
     """Maximum number of grasps returned for each object."""
     approaches: int = 24

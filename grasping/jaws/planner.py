@@ -137,7 +137,7 @@ def _contact_candidates(
     )
     terms["object"] = np.full(len(found), _object_term(item, surface, scene))
     opening, unknown = np.full(len(found), hand.stroke), np.zeros((len(found), 2))
-    scored = ScoredCandidates(found, contact, opening, terms, unknown, unknown)
+    scored = ScoredCandidates(found, contact, opening, terms, unknown, unknown, unknown[:, 0])
     total = scored.total
     for name, term in terms.items():
         rejected[item.label][name] += int(np.count_nonzero(term < MIN_PROBABILITY))

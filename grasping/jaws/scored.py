@@ -28,6 +28,9 @@ class ScoredCandidates:
     """Clearance from the own object and from others, (n, 2), m; zero before it is known."""
     hidden: NDArray[np.float64]
     """Share of each fingertip that other objects hide, (n, 2); zero before it is known."""
+    deeper: NDArray[np.float64]
+    """Distance by which the hand goes on along the approach unless it touches something, (n,), m;
+    zero before it is known."""
 
     @property
     def total(self) -> NDArray[np.float64]:
@@ -50,6 +53,7 @@ class ScoredCandidates:
             {name: term[index] for name, term in self.terms.items()},
             self.clearance[index],
             self.hidden[index],
+            self.deeper[index],
         )
 
 
@@ -69,4 +73,5 @@ def join_scored(parts: Sequence[ScoredCandidates]) -> ScoredCandidates:
         {name: np.concatenate([part.terms[name] for part in parts]) for name in parts[0].terms},
         np.concatenate([part.clearance for part in parts]),
         np.concatenate([part.hidden for part in parts]),
+        np.concatenate([part.deeper for part in parts]),
     )

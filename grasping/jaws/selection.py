@@ -50,7 +50,8 @@ def ranked_grasps(
         return []
     matrices = np.tile(np.eye(4), (len(scored.candidates), 1, 1))
     matrices[:, :3, :3] = scored.candidates.rotation
-    matrices[:, :3, 3] = scored.candidates.tip
+    approach = scored.candidates.rotation[:, :, 2]
+    matrices[:, :3, 3] = scored.candidates.tip + scored.deeper[:, None] * approach
     # One call for all poses: each would take 0.3 ms.
     poses = RigidTransform.from_matrix(matrices)
     success = success_probability(scored.terms)
@@ -124,6 +125,8 @@ def _grasp(
     width = float(scored.contact.width[index])
     kind = "from above" if angle < 0.5 else "from the side" if angle > 1.1 else "oblique"
     terms = {name: float(term[index]) for name, term in scored.terms.items()}
+    deeper = float(scored.deeper[index])
+    until = f", up to {1e3 * deeper:.0f} mm deeper until contact" if deeper else ""
     return Grasp(
         T_scene_tcp=pose,
         width=float(scored.opening[index]),
@@ -132,7 +135,7 @@ def _grasp(
         object_width=width,
         success=success,
         terms=terms,
-        reason=f"object {surface.label}, {1e3 * width:.0f} mm wide, {kind}",
+        reason=f"object {surface.label}, {1e3 * width:.0f} mm wide, {kind}{until}",
         object_size=surface.size,
         safe=not forbidden,
         forbidden_by=forbidden,

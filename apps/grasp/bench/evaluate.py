@@ -63,6 +63,7 @@ def evaluate_grasp(
     rounds: int = 20,
     noise: Annotated[list[Literal["none", "dex"]] | None, Repeated] = None,
     known_table: bool = False,
+    learned_table: bool = False,
     split: Literal["all", "development", "held-out"] = "all",
     density: float | None = None,
 ) -> int:
@@ -127,6 +128,8 @@ def evaluate_grasp(
         Noise of the protocol's depth image: none, dex.
     known_table
         Correct scale and tilt of the protocol's image from the known height of the table.
+    learned_table
+        Scale the images of a round to the mean height of the table in them. It is not known.
     split
         Objects of the folder: all, or one half by their names. Settings are chosen on the
         development half.
@@ -143,6 +146,7 @@ def evaluate_grasp(
                 objects=checked_objects(objects),
                 hand=(robot or RobotChoice()).hand or "panda",
                 known_table=known_table,
+                learned_table=learned_table,
                 split=split,
                 jobs=jobs,
             ),

@@ -115,6 +115,8 @@ def protocol_jobs(
     InputError
         If a setting is out of range or the folder has no objects.
     """
+    if settings.known_table and settings.learned_table:
+        raise InputError("--known-table and --learned-table exclude each other: remove one of them")
     if settings.rounds < 1:
         raise InputError(f"--rounds must be >= 1, got {settings.rounds}")
     load_hand(settings.hand)
@@ -125,7 +127,7 @@ def protocol_jobs(
     planners = {f", {one.name}": dict(one.dials) for one in dials} or {"": {}}
     return [
         SceneJob(
-            _row_name(family, noise, known=settings.known_table) + name,
+            _row_name(settings, family, noise) + name,
             asdict(
                 ClutterTrial(
                     family="packed" if family == "packed" else "pile",
@@ -133,6 +135,7 @@ def protocol_jobs(
                     objects=str(_folder(settings.objects, family)),
                     noise=noise,
                     known_table=settings.known_table,
+                    learned_table=settings.learned_table,
                     hand=settings.hand,
                     split=settings.split,
                     depth_error=settings.depth_error,
@@ -151,9 +154,10 @@ def _folder(objects: Path, family: str) -> Path:
     return objects / family if (objects / family).is_dir() else objects
 
 
-def _row_name(family: str, noise: str, *, known: bool) -> str:
+def _row_name(settings: ProtocolSettings, family: str, noise: str) -> str:
     words = [family, "dex noise" if noise == "dex" else "no noise"]
-    return ", ".join([*words, "table known"] if known else words)
+    words += ["table known"] * settings.known_table + ["table learned"] * settings.learned_table
+    return ", ".join(words)
 
 
 def _summary(
@@ -175,6 +179,7 @@ def _summary(
         "family": trial["family"],
         "noise": trial["noise"],
         "known_table": trial["known_table"],
+        "learned_table": trial["learned_table"],
         "rounds": len(rounds),
         "attempts": len(attempts),
         "objects": placed,

@@ -83,6 +83,8 @@ class ProtocolSettings:
     """Number of processes; None for the number of cores."""
     depth_error: float | None = None
     """Depth error that the planner expects; None for its default."""
+    learned_table: bool = False
+    """Whether the images of a round are scaled to the mean height of the table in them."""
 
 
 def checked_objects(objects: Path | None) -> Path:

@@ -170,6 +170,19 @@ def test_guarded_arm_succeeds_more_often_with_an_unknown_depth_scale():
     assert free.success + 0.02 < guarded.success < known.success + 0.05
 
 
+def test_guarded_arm_goes_deeper_only_with_an_unknown_depth_scale():
+    scene = scene_of(box((0.06, 0.06, 0.12)))
+    unknown = plan_grasps(scene, PANDA, JawOptions(guarded=True))
+    deeper = [grasp for grasp in unknown if "deeper until contact" in grasp.reason]
+    assert deeper
+    for options in (JawOptions(), JawOptions(guarded=True, depth_error=0.005)):
+        assert not any("deeper" in grasp.reason for grasp in plan_grasps(scene, PANDA, options))
+    # The same error with the depth of the others: fewer grasps succeed.
+    assert max(grasp.terms["depth_error"] for grasp in unknown) > max(
+        grasp.terms["depth_error"] for grasp in plan_grasps(scene, PANDA, JawOptions())
+    )
+
+
 def test_object_at_the_limit_of_the_stroke_is_not_safe():
     grasps = plan_grasps(scene_of(box((0.0765, 0.2, 0.05))), PANDA)
     assert all(not grasp.safe and grasp.forbidden_by for grasp in grasps)

@@ -35,6 +35,13 @@ def test_hand_is_checked():
         evaluate_grasp(protocol="clutter-removal", robot=robot, objects=SHARED, rounds=1)
 
 
+def test_table_is_either_known_or_learned():
+    with pytest.raises(InputError, match="exclude each other"):
+        evaluate_grasp(
+            protocol="clutter-removal", objects=SHARED, known_table=True, learned_table=True
+        )
+
+
 def test_quick_run_prints_rows_beside_those_of_others(capsys):
     if not SHARED.is_dir():
         pytest.skip(f"no {SHARED}")
