@@ -15,7 +15,7 @@ from .calibration import Calibration, calibrate, calibrate_linear
 from .calibration_curves import BenchRun
 from .calibration_file import load_calibration, save_calibration
 from .contour_follower import ContourFollower
-from .contour_options import ContourOptions
+from .contour_progress import ContourOptions
 from .contour_step import ContourPoint
 from .feature_reader import FeatureReader
 from .features import ContactFeatures, FeatureOptions, contact_features, contact_region

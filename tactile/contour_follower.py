@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .area_slope import AreaSlope
-from .contour_options import ContourOptions
-from .contour_progress import ContourProgress
+from .contour_progress import ContourOptions, ContourProgress
 from .contour_step import ContourOutcome, ContourPoint, ContourState, ContourStep
 from .features import ContactFeatures
 from .image import TactileImage
@@ -41,6 +40,8 @@ MIN_EDGE_SPAN = 0.015
 """Minimum length of a rim that is an edge, m."""
 MIN_CORNER_ANGLE = 0.7
 """Minimum angle between two edges at a corner, rad. A smaller angle is a bend."""
+MAX_POINTS = 16
+"""Number of contour points after which the follower is done."""
 CLOSED_DISTANCE = 0.004
 """Distance to the start of the contour at which the contour is closed, m."""
 LEAVE_DISTANCE = 0.02
@@ -71,7 +72,7 @@ class ContourFollower:
     Parameters
     ----------
     options
-        Start direction, speed, and limits.
+        Start direction, speed and time limit.
     """
 
     def __init__(self, options: ContourOptions | None = None) -> None:
@@ -138,7 +139,7 @@ class ContourFollower:
             point = self._follow_edge(rim)
         if point is not None:
             self.found += 1
-            if self.outcome is None and self.found >= self.options.max_points:
+            if self.outcome is None and self.found >= MAX_POINTS:
                 self._end("done")
         twist = np.zeros(6)
         if self.state != "ended":

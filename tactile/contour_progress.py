@@ -1,19 +1,49 @@
-"""Measure the path of a contour follower, and decide when it must give up."""
+"""Options of a contour follower, its path so far, and when it must give up."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .contour_options import ContourOptions
+from eyehand.errors import InputError
+
 from .contour_step import ContourOutcome
 
 MAX_LOST_SECONDS = 3.0
 """Maximum time without contact, s. A search may find the contact again."""
 MAX_BLOCKED_SECONDS = 1.0
 """Maximum time for which the pad moves too slowly, s."""
+MAX_TRAVEL_M = 1.2
+"""Maximum total distance, m."""
 MIN_SPEED_SHARE = 0.25
 """Share of the commanded speed below which the pad moves too slowly."""
+
+
+@dataclass(frozen=True)
+class ContourOptions:
+    """Start direction, speed and time limit of a contour follower.
+
+    Raises
+    ------
+    InputError
+        If a value is out of its range.
+    """
+
+    heading: float = 0.0
+    """Direction of the first motion over the surface, rad, in the sensor's frame."""
+    speed: float = 0.03
+    """Speed over the surface, m/s. A lower speed locates corners and ends more precisely."""
+    seconds: float = 60.0
+    """Limit of the total time, s."""
+
+    def __post_init__(self) -> None:
+        for name in ("speed", "seconds"):
+            if not 0 < getattr(self, name) < np.inf:
+                raise InputError(f"{name} must be finite and > 0, got {getattr(self, name)}")
+        if not np.isfinite(self.heading):
+            raise InputError(f"heading must be finite, got {self.heading}")
 
 
 class ContourProgress:
@@ -22,7 +52,7 @@ class ContourProgress:
     Parameters
     ----------
     options
-        Speed, and limits of distance and time.
+        Speed and time limit.
     """
 
     def __init__(self, options: ContourOptions) -> None:
@@ -72,6 +102,6 @@ class ContourProgress:
             return "blocked"
         if self._time > self._options.seconds:
             return "limit_reached"
-        if self.travel > self._options.travel:
+        if self.travel > MAX_TRAVEL_M:
             return "limit_reached" if points else "nothing_found"
         return None

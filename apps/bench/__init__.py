@@ -21,9 +21,8 @@ Other packages import from here and from these submodules:
 - :mod:`.machine` and :mod:`.peak_memory`: processor cores, and memory of a function call.
 """
 
-from .chart_style import Provenance, add_footer, new_chart, write_chart
+from .chart_style import Provenance, add_footer, new_chart, write_chart, write_csv
 from .comparison import Method, MethodResult, compare_methods
-from .csv_table import write_csv
 from .dial_chart import ChartWords, DialChart, FrontPlace, Measured, check_chart_arguments
 from .dials import DialBoard
 from .experiment import Experiment, ExperimentResult, TrialPlan, result_table, run_experiment

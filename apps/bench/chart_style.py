@@ -7,13 +7,13 @@ need no screen and no clean-up.
 
 from __future__ import annotations
 
+import csv
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
 from eyehand.errors import InputError
 from eyehand.perception.io import atomic_write
 
-from .csv_table import write_csv
 from .machine import machine_line
 
 if TYPE_CHECKING:
@@ -268,6 +268,23 @@ def write_chart(figure: Figure, path: Path, rows: Sequence[Mapping[str, Any]]) -
     with atomic_write(path) as temporary:
         figure.savefig(temporary, dpi=DPI, metadata={"Software": None})
     write_csv(path.with_suffix(".csv"), rows)
+
+
+def write_csv(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:
+    """Write rows whose columns are all their keys, by first occurrence; None is left empty.
+
+    Raises
+    ------
+    InputError
+        If the folder does not exist or cannot be written to.
+    DeviceError
+        If the disk fails.
+    """
+    columns = list(dict.fromkeys(key for row in rows for key in row))
+    with atomic_write(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
+        table = csv.DictWriter(file, columns, lineterminator="\n")
+        table.writeheader()
+        table.writerows(rows)
 
 
 def format_time(milliseconds: float) -> str:

@@ -5,9 +5,8 @@ A foam bed presses on objects and feels them (`TactilePad`), an arm carries it (
 """
 
 from .calibration_bench import run_bench
-from .foam import Foam
+from .foam import Foam, PadOptions
 from .held_object import HeldObject, HeldSimulation
-from .pad_options import PadOptions
 from .pad_scene import Arm, PadScene, PlacedObject, pad_scene, padded_arm
 from .pad_simulation import CONTROL_RATE, PadSample, PadSimulation
 from .sensor_model import SENSORS, SensorModel

@@ -1,4 +1,4 @@
-"""Pressure of foam over its compression, alone and in series with another foam."""
+"""The pad: its size, and the pressure of its foam over the compression."""
 
 from __future__ import annotations
 
@@ -106,6 +106,38 @@ class Foam:
     def _hard_slope(self) -> float:
         square = HARD_SHARE**2
         return self.modulus * (1 + square) / (1 - square) ** 2 / self.thickness
+
+
+@dataclass(frozen=True)
+class PadOptions:
+    """Size and material of the pad.
+
+    Raises
+    ------
+    InputError
+        If a value is out of range.
+    """
+
+    rows: int = 16
+    """Tactels along y."""
+    columns: int = 16
+    """Tactels along x."""
+    pitch: float = 0.005
+    """Distance between the centres of two tactels, m: smaller resolves finer shapes."""
+    friction: float = 0.6
+    """Coulomb's coefficient between foam and objects."""
+
+    foam = Foam()
+    """The layer of foam that covers the tactels. It is the same on all pads."""
+
+    def __post_init__(self) -> None:
+        if self.rows < 1 or self.columns < 1 or not 0 < self.pitch < np.inf:
+            raise InputError(
+                "rows, columns and pitch must be > 0, got "
+                f"{self.rows}, {self.columns}, {self.pitch} m"
+            )
+        if not 0 <= self.friction < np.inf:
+            raise InputError(f"friction must be >= 0, got {self.friction}")
 
 
 @dataclass(frozen=True)

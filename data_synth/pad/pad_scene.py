@@ -12,8 +12,7 @@ from eyehand.errors import InputError
 
 from ..arms import LBR_ARM, TOOL_SITE
 from ..mujoco_import import import_mujoco
-from .foam import Foam
-from .pad_options import PadOptions
+from .foam import Foam, PadOptions
 from .tactile_pad import IMAGE_RATE, PAD_SITE
 from .touch_objects import TouchObject
 

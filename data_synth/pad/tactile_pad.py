@@ -16,11 +16,10 @@ from .bristles import BRISTLE_FIELDS, bend_bristles
 from .column_entry import BOX, CAPSULE, CYLINDER, ELLIPSOID, SPHERE
 from .contact_data import ContactState, MeshSolid, PadPose, PressureTables, SimpleSolids
 from .contact_motion import POSE_FIELDS
-from .foam import Foam, pressure_table
+from .foam import Foam, PadOptions, pressure_table
 from .foam_column import CELLS_PER_TACTEL
 from .layer_shear import base_forces
 from .mesh_contact import press_mesh
-from .pad_options import PadOptions
 from .sensor_memory import SensorMemory
 from .sensor_model import SENSORS, SensorModel
 from .solid_contact import press_solids

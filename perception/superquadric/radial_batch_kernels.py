@@ -21,7 +21,7 @@ def compute_radial_rows(shape, tapered, work, lanes):
     Parameters
     ----------
     shape
-        :class:`~.parameters.ShapeParameters`.
+        :class:`~.parameters.ShapeState`.
     tapered
         Whether the taper of `shape` is applied.
     work

@@ -4,10 +4,16 @@ import numpy as np
 import pytest
 
 from eyehand.errors import InputError
-from eyehand.tactile import ContactFeatures, TactileImage, contact_features
+from eyehand.tactile import (
+    ContactFeatures,
+    TactileImage,
+    contact_features,
+    contour_follower,
+    contour_progress,
+)
 from eyehand.tactile.area_slope import AreaSlope
 from eyehand.tactile.contour_follower import ContourFollower
-from eyehand.tactile.contour_options import ContourOptions
+from eyehand.tactile.contour_progress import ContourOptions
 from eyehand.tactile.selection import PRESS
 from eyehand.tactile.servo import TactileServo
 
@@ -65,13 +71,14 @@ def test_follower_traces_whole_contour_of_box(heading, angle):
     assert peak < 2000.0
 
 
-def test_concave_contour_has_inner_corners():
+def test_concave_contour_has_inner_corners(monkeypatch):
     arm, other = box(0.09, 0.04), box(0.04, 0.09)
 
     def cross(x, y):
         return np.minimum(arm(x, y), other(x, y))
 
-    points, follower, _ = explore(rotated(cross, 0.3), ContourOptions(speed=0.08, max_points=7))
+    monkeypatch.setattr(contour_follower, "MAX_POINTS", 7)
+    points, follower, _ = explore(rotated(cross, 0.3), ContourOptions(speed=0.08))
     assert follower.outcome == "done"
     kinds = [kind for kind, _ in points[1:]]
     inner = [number for number, kind in enumerate(kinds) if kind == "inner_corner"]
@@ -114,8 +121,9 @@ def test_ridge_is_followed_to_both_ends():
     assert np.allclose(points[2][1], -ends, atol=0.0015)
 
 
-def test_search_on_unbounded_face_ends_after_travel_limit():
-    options = ContourOptions(travel=0.1, speed=0.1)
+def test_search_on_unbounded_face_ends_after_travel_limit(monkeypatch):
+    monkeypatch.setattr(contour_progress, "MAX_TRAVEL_M", 0.1)
+    options = ContourOptions(speed=0.1)
     points, follower, _ = explore(box(2.0, 2.0), options)
     assert follower.outcome == "nothing_found"
     assert not points
@@ -129,7 +137,7 @@ def test_follower_without_contact_stays_and_ends_as_lost():
 
 
 def test_follower_ends_after_time_limit():
-    follower = ContourFollower(ContourOptions(seconds=0.5, travel=10.0))
+    follower = ContourFollower(ContourOptions(seconds=0.5))
     round_contact = ContactFeatures(1.0, np.zeros(3), 1000.0, 1e-3, 0.0, 0.1)
     steps = [follower.step(round_contact, EVEN, DT) for _ in range(200)]
     assert steps[-1].outcome == "limit_reached"
@@ -170,7 +178,7 @@ def test_area_slope_recovers_gradient_and_is_none_on_straight_path():
 def test_contour_options_reject_invalid_values():
     with pytest.raises(InputError, match="heading"):
         ContourOptions(heading=float("inf"))
-    with pytest.raises(InputError, match="travel"):
-        ContourOptions(travel=float("inf"))
-    with pytest.raises(InputError, match="max_points"):
-        ContourOptions(max_points=0)
+    with pytest.raises(InputError, match="seconds"):
+        ContourOptions(seconds=float("inf"))
+    with pytest.raises(InputError, match="speed"):
+        ContourOptions(speed=0.0)

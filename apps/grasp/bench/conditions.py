@@ -8,7 +8,8 @@ from itertools import product
 from pathlib import Path
 from typing import get_args
 
-from eyehand.errors import InputError
+from eyehand.data_synth.cell import DESCRIPTION_SUFFIX
+from eyehand.errors import InputError, named_files
 
 from .jobs import Condition, Family
 
@@ -28,6 +29,8 @@ SOURCE_FOLDERS = (
     "apps/grasp",
 )
 """Folders and suffixes of the source files that the figures depend on."""
+DIGEST_LENGTH = 12
+"""Number of letters of a digest."""
 
 
 def default_conditions(*, camera: bool, known: bool) -> list[Condition]:
@@ -95,7 +98,7 @@ def source_digest() -> str:
     for path in sorted(path for folder in SOURCE_FOLDERS for path in (root / folder).rglob("*")):
         if path.suffix in SOURCE_SUFFIXES:
             digest.update(path.relative_to(root).as_posix().encode() + path.read_bytes())
-    return digest.hexdigest()[:12]
+    return digest.hexdigest()[:DIGEST_LENGTH]
 
 
 def folder_digest(path: Path) -> str:
@@ -104,7 +107,25 @@ def folder_digest(path: Path) -> str:
     digest = hashlib.sha256()
     for file in files:
         digest.update(file.name.encode() + file.read_bytes())
-    return digest.hexdigest()[:12]
+    return digest.hexdigest()[:DIGEST_LENGTH]
+
+
+def robot_digest(path: Path) -> str:
+    """Return a digest of the files of a robot. It changes with any hand, finger or mesh.
+
+    Parameters
+    ----------
+    path
+        MJCF file. The existing files that it includes or names are read as well, and
+        ``robot.hand.json`` beside ``robot.xml``.
+    """
+    files = [path, path.with_suffix(DESCRIPTION_SUFFIX), *named_files(path)]
+    digest = hashlib.sha256()
+    for file in dict.fromkeys(files):
+        if file.is_file():
+            content = file.read_bytes()
+            digest.update(f"{file.name} {len(content)} ".encode() + content)
+    return digest.hexdigest()[:DIGEST_LENGTH]
 
 
 def _poses(camera: bool, known: bool) -> tuple[bool, ...]:

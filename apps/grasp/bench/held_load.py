@@ -1,12 +1,14 @@
-"""The load on a lifted object, and the force with which the hand squeezes it."""
+"""The predicted hold of a grasp, the load on a lifted object, and the force on its sides."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from eyehand.grasping import HandModel, ParallelHand, plan_hold
+
 if TYPE_CHECKING:
     from eyehand.data_synth.cell import SimRobot
-    from eyehand.grasping import CycleInfo
+    from eyehand.grasping import CycleInfo, SelectedGrasp
 
 LOAD_DELAY_S = 0.1
 """Time of the check after which the load is added, s. Until then the lifted object comes to
@@ -67,3 +69,11 @@ class HeldLoad:
         if self._began is not None:
             self._began = None
             self._robot.set_load(self._name, 0.0)
+
+
+def predicted_hold(choice: SelectedGrasp, hand: HandModel | ParallelHand) -> float | None:
+    """Return the probability that a grasp holds; None for a gripper with jaws."""
+    solid = choice.target.fit.superquadric
+    if solid is None or isinstance(hand, ParallelHand):
+        return None
+    return plan_hold(choice.plan, solid, hand)

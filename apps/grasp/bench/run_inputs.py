@@ -18,9 +18,8 @@ from eyehand.errors import InputError
 from ...bench.machine import core_count
 from ..robot_choice import RobotChoice
 from .cluster import check_address
-from .conditions import folder_digest, source_digest
+from .conditions import folder_digest, robot_digest, source_digest
 from .jobs import Condition, Family
-from .robot_digest import robot_digest
 
 MAX_OBJECTS = 15
 """Maximum number of objects on the table."""

@@ -34,9 +34,8 @@ from ..scenes import GraspFamily, grasp_scene
 from ..true_solids import distances, true_solids
 from .dials import DEFAULT, control_dial, perception_dial
 from .displacement import Displacement
-from .held_load import HeldLoad
+from .held_load import HeldLoad, predicted_hold
 from .pick_row import PickRow
-from .predicted_hold import predicted_hold
 from .unattempted import UnattemptedObject, too_wide_objects, unattempted_objects
 
 SETTLE_SECONDS = 0.3

@@ -2,7 +2,7 @@
 
 import pytest
 
-from eyehand.apps.grasp.bench.robot_digest import robot_digest
+from eyehand.apps.grasp.bench.conditions import robot_digest
 
 ROBOT = """<mujoco><compiler meshdir="meshes"/><include file="parts/hand.xml"/>
 <asset><mesh name="arm" file="arm.stl"/></asset></mujoco>"""
