@@ -1,4 +1,4 @@
-"""Drivers of a Panda in another process. Its side answers each request with plain numbers."""
+"""Robot class for a Panda in another process, to adapt. Its side answers with plain numbers."""
 
 from eyehand.data_synth.cell import make_robot
 from eyehand.grasping import ArmReading, JawReading, JoinedRobot, load_hand

@@ -11,6 +11,24 @@ SCHEMA = json.loads(
 )
 
 
+def closed(schema: Any) -> Any:
+    """Return a schema that accepts no members besides the described ones.
+
+    The published schema accepts them, because files of later versions may have more members. The
+    tests do not: each member that a command writes must be described.
+    """
+    if isinstance(schema, list):
+        return [closed(one) for one in schema]
+    if not isinstance(schema, dict):
+        return schema
+    inner = {name: closed(one) for name, one in schema.items()}
+    described = isinstance(schema.get("properties"), dict) and "object" in schema.get("type", ())
+    return {"additionalProperties": False, **inner} if described else inner
+
+
+DEFS = closed(SCHEMA["$defs"])
+
+
 def check_file(content: Any, name: str) -> None:
     """Check the content of a file, or the path of one, against ``$defs/<name>``.
 
@@ -21,4 +39,4 @@ def check_file(content: Any, name: str) -> None:
     """
     if isinstance(content, Path):
         content = json.loads(content.read_text())
-    Draft202012Validator({"$ref": f"#/$defs/{name}", "$defs": SCHEMA["$defs"]}).validate(content)
+    Draft202012Validator({"$ref": f"#/$defs/{name}", "$defs": DEFS}).validate(content)

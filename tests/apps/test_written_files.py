@@ -88,3 +88,9 @@ def test_unknown_missing_and_odd_members_are_found(tote):
     for content in odd:
         with pytest.raises(ValidationError):
             check_file(content, "ground_truth")
+
+
+def test_published_schema_accepts_members_of_later_versions(tote):
+    truth = json.loads((tote / "ground_truth.json").read_text())
+    published = Draft202012Validator({"$ref": "#/$defs/ground_truth", "$defs": SCHEMA["$defs"]})
+    published.validate({**truth, "more": 1})
