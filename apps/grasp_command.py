@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
 from cyclopts import Parameter
 
 from eyehand.errors import InputError
-from eyehand.grasping import JawOptions, ParallelHand, generic_jaw, load_hand
+from eyehand.grasping import JawOptions, ParallelHand, generic_jaw, load_hand, plan_grasps
 from eyehand.grasping.hands import built_in_hands
 
 from .console import json_text, print_json, say, show
@@ -28,6 +27,8 @@ SUFFIXES = {"--yaml": (".yaml", ".yml"), "--picture": (".png",), "--page": (".ht
 
 MAX_SIZE_MM = 1000.0
 GENERIC = "generic"
+WIDE_HAND = "2f140"
+"""A hand that grasps the balls of `load_kernels`. Planning for it loads all kernels of planning."""
 
 
 def grasp_command(
@@ -109,14 +110,13 @@ def grasp_command(
     rows, reports, offered = [], [], True
     for name, source, depth_frame in open_frames(frame, camera, oak, record, frames, topic):
         if not reports:
-            load_kernels()
+            # The times of the first frame then hold no loading of kernels.
+            plan_grasps(load_kernels(), load_hand(WIDE_HAND), options)
         if masks is not None:
             depth_frame = masks.applied(depth_frame)
-        plan = partial(grasp_frame, depth_frame, hand, options, source=source, top=top)
-        found = plan(table_height=table_height)
-        if not reports and found.grasps:
-            # The first call loaded or compiled kernels. Report the times of a second one.
-            found = plan(table_height=table_height)
+        found = grasp_frame(
+            depth_frame, hand, options, source=source, top=top, table_height=table_height
+        )
         if name is None:
             check_usable(found.scene.segmentation, source)
         frame_rows, report = grasp_rows(found, name), frame_json(found, name)

@@ -14,7 +14,13 @@ from .console import print_json, say, show
 from .frame_masks import FrameMasks
 from .frame_stream import check_source, open_frames
 from .output_files import write_perceived_frame
-from .perceived_frame import PerceivedFrame, check_usable, load_kernels, perceive_and_plan
+from .perceived_frame import (
+    PerceivedFrame,
+    check_usable,
+    load_kernels,
+    perceive_and_plan,
+    plan_scene,
+)
 from .ros_markers import check_mcap_name, scene_writer, write_scene
 from .run_folder import claim_folder
 from .scene_table import scene_rows, scene_table
@@ -84,13 +90,11 @@ def perceive_command(
             if count == 0:
                 # Only now: an input that cannot be read leaves no empty folder.
                 claim_folder(out)
-                load_kernels()
+                # The times of the first frame then hold no loading of kernels.
+                plan_scene(load_kernels())
             if masks is not None:
                 depth_frame = masks.applied(depth_frame)
             found = perceive_and_plan(depth_frame, GraspOptions(purpose=purpose))
-            if count == 0 and found.scene.objects:
-                # The first call loaded or compiled kernels. Report the times of a second one.
-                found = perceive_and_plan(depth_frame, GraspOptions(purpose=purpose))
             if name is None:
                 check_usable(found.scene.segmentation, source)
             _write(out if name is None else out / name, found, source, json_wanted=json)

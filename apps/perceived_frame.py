@@ -48,23 +48,31 @@ def perceive_and_plan(
     """Perceive a frame and select a grasp for each object."""
     scene = perceive(frame, options)
     began = time.perf_counter()
+    plans = plan_scene(scene, select)
+    return PerceivedFrame(frame, scene, plans, time.perf_counter() - began)
+
+
+def plan_scene(scene: Scene, select: GraspOptions | None = None) -> dict[int, GraspPlan]:
+    """Return the grasp plan of each object by its label."""
     up: NDArray[np.float64] | None = (
         np.array(CAMERA_UP) if scene.reference_frame == "camera" else None
     )
-    plans = {
+    return {
         item.label: select_prototype(
             item, scene.support, neighbours=scene.objects, up=up, options=select
         )
         for item in scene.objects
     }
-    return PerceivedFrame(frame, scene, plans, time.perf_counter() - began)
 
 
-def load_kernels() -> None:
-    """Load the numba kernels. The first run compiles them and prints that it does."""
+def load_kernels() -> Scene:
+    """Load the numba kernels, and return the small scene that :func:`warm_up` perceives.
+
+    The first run compiles the kernels and prints that it does.
+    """
     if not kernels_are_cached():
         say("first run: compiling numerical kernels (once, about half a minute) ...")
-    warm_up()
+    return warm_up()
 
 
 UNUSABLE = ("camera", "noise", "constant")

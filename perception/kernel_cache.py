@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .frame import CameraIntrinsics, DepthFrame
-from .scene import perceive
+from .scene import Scene, perceive
 from .segmentation import SegmentationOptions, segment
 from .segmentation.cut_necks import NECK, separate_parts
 from .segmentation.furniture_walls import Face, remove_faces
@@ -32,13 +32,18 @@ def kernels_are_cached() -> bool:
     return True
 
 
-def warm_up() -> None:
+def warm_up() -> Scene:
     """Compile or load every kernel, so that the first frame is as fast as the next ones.
 
     It perceives a small synthetic frame: two balls on a plane, one in front of the other. The
     frame is also segmented at half resolution, and with a coloured bin and missing readings in
     view, which uses further kernels. An L-shaped object needs the kernels of several
     parts.
+
+    Returns
+    -------
+    Scene
+        The scene of the two balls, 12 cm wide. A caller loads the kernels of its own steps with it.
     """
     camera = CameraIntrinsics(100.0, 100.0, 63.5, 47.5, 128, 96)
     rays = camera.rays()
@@ -49,7 +54,7 @@ def warm_up() -> None:
     distance = np.minimum(plane, ball)
     depth = np.where(distance < 2.0, distance * rays[..., 2], 0.0)
     frame = DepthFrame(depth.astype(np.float32), camera)
-    perceive(frame)
+    scene = perceive(frame)
     perceive(_angle_frame(camera))
     segment(frame, SegmentationOptions(stride=2))
     segment(_bin_frame(camera))
@@ -62,6 +67,7 @@ def warm_up() -> None:
     separate_parts(ones, second, flat, 2.0, NECK)
     count_inner(np.arange(8, dtype=np.int32), ones)
     count_steep(ones, second, LocalPlanes(flat, flat, flat, flat), image.pinhole, MIN_COSINE)
+    return scene
 
 
 def _angle_frame(camera: CameraIntrinsics) -> DepthFrame:

@@ -74,7 +74,7 @@ class StressStage(Generic[Tested]):
     """Trials per value when no number is given."""
     quick_seeds: int
     """Trials per value of a quick run when no number is given."""
-    prepare: Callable[[], None] | None = None
+    prepare: Callable[[], object] | None = None
     """Called once before the first trial, for instance to compile kernels."""
     write_files: Callable[[Path, Sequence[SweepResult]], Sequence[str]] | None = None
     """Write further files into the output folder and return their names."""
