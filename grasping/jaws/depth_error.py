@@ -8,11 +8,13 @@ import numpy as np
 from scipy.special import expit, ndtr
 
 from .contacts import pad_contacts
-from .free_travel import free_travel
+from .free_travel import ALLOWANCE, free_travel
 from .grasp import APPROACH
 from .scoring import CLEARANCE_SIGMA, OVERLAP_MIDDLE, OVERLAP_SCALE, SAMPLE_SPACING, TILT_SIGMA
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
     from eyehand.perception import Scene
@@ -71,16 +73,14 @@ def depth_error_term(
     tips = scored.candidates.tip + sigma * errors[:, None, None] * sight
     # One call for all errors: each would take 0.3 ms.
     index = np.tile(np.arange(count), len(errors))
-    moved = scored.candidates.take(index)
-    best, deeper = np.zeros(count), np.zeros(count)
-    for depth in DEEPER if sinks else DEEPER[:1]:
-        at = moved.at(tips.reshape(-1, 3) + depth * moved.rotation[:, :, 2])
-        success = _success(at, scored.opening[index], surface, scene, blocks, hand, options)
-        mean = weights @ success.reshape(-1, count)
-        deeper = np.where(mean > best, depth, deeper)
-        best = np.maximum(mean, best)
+    moved = scored.candidates.take(index).at(tips.reshape(-1, 3))
+    depths = DEEPER if sinks else DEEPER[:1]
+    tests = surface, scene, blocks, hand, options
+    success = _success(moved, scored.opening[index], depths, *tests)
+    mean = weights @ success.reshape(len(depths), -1, count)
     nominal = np.maximum(scored.terms["friction"] * scored.terms["overlap"], 1e-6)
-    return np.clip(best / nominal, 0.0, 1.0), deeper
+    deeper = np.array(depths)[mean.round(6).argmax(axis=0)]
+    return np.clip(mean.max(axis=0) / nominal, 0.0, 1.0), deeper
 
 
 def sideways_term(
@@ -112,24 +112,52 @@ def sideways_term(
 def _success(
     candidates: Candidates,
     opening: NDArray[np.float64],
+    depths: Sequence[float],
     surface: ObjectSurface,
     scene: Scene,
     blocks: PointBlocks,
     hand: ParallelHand,
     options: JawOptions,
 ) -> NDArray[np.float64]:
-    """Return the probability of success of candidates at given poses, (n,)."""
-    travel = free_travel(candidates, opening, blocks, scene.support, hand)
-    rest = np.maximum(APPROACH - np.maximum(travel, 0.0), 0.0)
-    stop = candidates.tip - rest[:, None] * candidates.rotation[:, :, 2]
-    stopped = candidates.at(stop)
+    """Return the probability of success of candidates (n,) that go deeper (D,), m: (D, n).
+
+    The depths increase from 0. A deeper approach also starts deeper.
+    """
+    travel = free_travel(candidates, opening, blocks, scene.support, hand, depths[-1])
+    held = np.zeros((len(depths), len(travel)))
+    for number, depth in enumerate(depths):
+        rest = np.maximum(APPROACH + depth - travel, 0.0)
+        free = travel >= depth - ALLOWANCE
+        # What stopped the hand before stops it at the same place.
+        changed = free.copy()
+        if number:
+            held[number] = held[number - 1]
+            changed &= travel > APPROACH + depths[number - 1]
+        index = np.flatnonzero(changed)
+        tip = candidates.tip[index]
+        tip = tip + (depth - rest[index])[:, None] * candidates.rotation[index][:, :, 2]
+        stopped = candidates.take(index).at(tip)
+        held[number, index] = _held(stopped, opening[index], surface, hand, options)
+        held[number, ~free] = 0.0
+        if not options.guarded:
+            held[number, rest > REACHED] *= STOPPED_TERM
+    return held
+
+
+def _held(
+    stopped: Candidates,
+    opening: NDArray[np.float64],
+    surface: ObjectSurface,
+    hand: ParallelHand,
+    options: JawOptions,
+) -> NDArray[np.float64]:
+    """Return the probability that jaws that close at given poses hold the object, (n,)."""
     columns = pad_contacts(stopped, surface, hand)
     meets = columns[:, 1] > 0.0
     angle = np.arccos(np.clip(columns[:, 2:4], -1.0, 1.0))
     held = ndtr((np.arctan(options.friction) - angle) / TILT_SIGMA).prod(axis=1)
     length = np.maximum(columns[:, 7] - columns[:, 6], 0.0) + SAMPLE_SPACING
-    held *= expit((length - OVERLAP_MIDDLE) / OVERLAP_SCALE) * meets * (travel >= 0.0)
+    held *= expit((length - OVERLAP_MIDDLE) / OVERLAP_SCALE) * meets
     # The object must lie between the pads, not beside one of them.
     room = 0.5 * (opening - columns[:, 1]) - np.abs(columns[:, 0])
-    held *= ndtr(room / np.hypot(CLEARANCE_SIGMA, options.calibration_error))
-    return held if options.guarded else held * np.where(rest > REACHED, STOPPED_TERM, 1.0)
+    return held * ndtr(room / np.hypot(CLEARANCE_SIGMA, options.calibration_error))

@@ -32,10 +32,12 @@ def free_travel(
     blocks: PointBlocks,
     support: SupportPlane | None,
     hand: ParallelHand,
+    beyond: float = 0.0,
 ) -> NDArray[np.float64]:
     """Return how far the hand moves along its straight approach until it touches something, (n,).
 
-    The travel is in m, at most `APPROACH`. It is -1 if the hand touches something at the start.
+    The travel is in m, at most that to the end. It is -1 if the hand touches something at the
+    start.
 
     Parameters
     ----------
@@ -49,7 +51,10 @@ def free_travel(
         The support, or None.
     hand
         The hand.
+    beyond
+        Distance by which the hand goes on beyond the poses, m.
     """
+    length = APPROACH + beyond
     finger = np.array([[box.low, box.high] for box in hand.finger_boxes])
     approach = candidates.rotation[:, :, 2]
     start = candidates.tip - APPROACH * approach
@@ -61,7 +66,7 @@ def free_travel(
         (blocks.blocks.start, blocks.blocks.centre, blocks.blocks.radius),
         finger,
         hand.fixed_boxes(),
-        APPROACH,
+        length,
         ALLOWANCE,
         RANK,
     )
@@ -69,6 +74,6 @@ def free_travel(
         at_start = candidates.at(start)
         height = lowest_height(at_start, support, hand)
         sinking = -approach @ support.normal
-        until = np.where(sinking > 1e-6, height / np.maximum(sinking, 1e-6), APPROACH)
+        until = np.where(sinking > 1e-6, height / np.maximum(sinking, 1e-6), length)
         travel = np.minimum(travel, np.where(height < -ALLOWANCE, -1.0, np.maximum(until, 0.0)))
-    return np.where(travel < -ALLOWANCE, -1.0, np.clip(travel, 0.0, APPROACH))
+    return np.where(travel < -ALLOWANCE, -1.0, np.clip(travel, 0.0, length))

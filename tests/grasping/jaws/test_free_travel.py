@@ -16,7 +16,7 @@ PANDA = load_hand("panda")
 TABLE = SupportPlane(np.array([0.0, 0.0, 1.0]), 0.0)
 
 
-def travel(height: float, points: np.ndarray) -> float:
+def travel(height: float, points: np.ndarray, beyond: float = 0.0) -> float:
     """Return the travel of a hand from above whose goal has a height, m."""
     down = np.diag([1.0, -1.0, -1.0])[None]
     goal = Candidates(
@@ -26,7 +26,7 @@ def travel(height: float, points: np.ndarray) -> float:
         np.full(1, np.inf),
     )
     blocks = point_blocks([points], [0])
-    return float(free_travel(goal, np.array([PANDA.stroke]), blocks, TABLE, PANDA)[0])
+    return float(free_travel(goal, np.array([PANDA.stroke]), blocks, TABLE, PANDA, beyond)[0])
 
 
 def test_nothing_stops_the_hand_above_the_table():
@@ -35,6 +35,11 @@ def test_nothing_stops_the_hand_above_the_table():
 
 def test_table_stops_the_fingertips():
     assert travel(-0.02, np.zeros((0, 3))) == pytest.approx(APPROACH - 0.02)
+
+
+def test_hand_that_goes_on_stops_at_the_table():
+    assert travel(0.03, np.zeros((0, 3)), beyond=0.02) == pytest.approx(APPROACH + 0.02)
+    assert travel(0.01, np.zeros((0, 3)), beyond=0.02) == pytest.approx(APPROACH + 0.01)
 
 
 def test_plate_stops_the_fingertips():
