@@ -154,9 +154,10 @@ def _print_board(path: Path, board: CalibrationBoard) -> None:
 
 def _read_poses(path: Path) -> tuple[list[Path], list[RigidTransform]]:
     """Read the names of the images and the poses of the wrist."""
+    content = read_bytes(path)
     with naming(path):
         try:
-            entries = json_format.loads(read_bytes(path))
+            entries = json_format.loads(content)
         except (ValueError, RecursionError) as error:
             raise InputError(f"not a JSON file: {error}") from error
         if not isinstance(entries, dict) or not entries:

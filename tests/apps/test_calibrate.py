@@ -116,6 +116,11 @@ def test_bad_poses_are_named_in_one_line(content, message, tmp_path, capsys):
     assert len(error.strip().splitlines()) == 1
 
 
+def test_missing_poses_are_named_as_such(tmp_path, capsys):
+    assert run(tmp_path / "poses.json") == 2
+    assert capsys.readouterr().err == f"eyehand: {tmp_path / 'poses.json'}: no such file\n"
+
+
 def test_command_without_input_names_what_it_needs(capsys):
     assert run() == 2
     assert "--board" in capsys.readouterr().err
