@@ -40,7 +40,7 @@ HALVINGS = 14
 
 
 class Brake(NamedTuple):
-    """How each joint can brake, for one cycle. Arrays (n,)."""
+    """The braking of each joint in one cycle. Arrays (n,)."""
 
     command: NDArray[np.float64]
     """Velocity that the brake commands now, rad/s or m/s."""

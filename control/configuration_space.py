@@ -35,7 +35,7 @@ class Space(NamedTuple):
 
 
 class Motion(NamedTuple):
-    """What a path must keep, and what it costs."""
+    """The constraints and the cost of a path."""
 
     clearance: float
     """Minimum distance of all pairs, m."""

@@ -33,7 +33,7 @@ less. It then reports an approach at 0.5 m/s from 80 mm on."""
 
 
 class Chain(NamedTuple):
-    """What the rows of distances need, see :class:`ProximityTables` and `near_pairs`."""
+    """The inputs of the rows of distances, see :class:`ProximityTables` and `near_pairs`."""
 
     pairs: NDArray[np.int64]
     anchors: NDArray[np.float64]

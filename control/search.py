@@ -34,7 +34,7 @@ help as long as the arm is not stuck elsewhere."""
 
 @dataclass(frozen=True, eq=False)
 class SearchResult:
-    """How to go on: along a path, directly, or not at all."""
+    """The result of a search: go on along a path, directly, or not at all."""
 
     path: JointPath | None = None
     """Result of the search; None if there was none."""

@@ -17,7 +17,7 @@ FAR = 1.0
 
 
 class VisualGap(NamedTuple):
-    """How far the visual meshes of a link stand out of its collision shapes."""
+    """The distance by which the visual meshes of a link stand out of its collision shapes."""
 
     link: str
     """Name of the body."""

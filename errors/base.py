@@ -15,12 +15,12 @@ class EyehandError(Exception):
 
 
 class InputError(EyehandError, ValueError):
-    """What was handed in cannot be used: a file, a shape, a unit, an option."""
+    """The error of an input that cannot be used: a file, a shape, a unit, an option."""
 
     exit_code = 2
 
 
 class DeviceError(EyehandError, RuntimeError):
-    """The world did not answer as needed: no camera, no graphics library, a broken stream."""
+    """The error of a missing or failed device: a camera, a graphics library, a stream, a disk."""
 
     exit_code = 1

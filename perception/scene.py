@@ -111,7 +111,7 @@ class Scene:
 
     @property
     def warnings(self) -> tuple[SceneWarning, ...]:
-        """What the segmentation could not decide, or the image does not show."""
+        """Warnings of the segmentation: what it could not decide, or the image does not show."""
         return self.segmentation.warnings
 
     @property

@@ -28,7 +28,7 @@ Rows = Sequence[Mapping[str, Any]]
 
 
 class TrialPlan(NamedTuple):
-    """What an experiment is asked to measure."""
+    """The trials, seed and length of an experiment."""
 
     trials: int
     """Number of trials; 1 if the experiment has no such option."""
@@ -51,7 +51,7 @@ class TrialPlan(NamedTuple):
 
 @dataclass(frozen=True)
 class ExperimentResult:
-    """What an experiment found, ready to be written and printed."""
+    """The result of an experiment, ready to be written and printed."""
 
     rows: Rows
     """Rows of the JSON object."""

@@ -60,7 +60,7 @@ class OtherMethod(Generic[Tested]):
 
 @dataclass(frozen=True)
 class StressStage(Generic[Tested]):
-    """All that one stage's stress command consists of."""
+    """The parts of the stress command of one stage."""
 
     name: str
     """Name of the stage, the second word of the command."""

@@ -62,7 +62,7 @@ TABLE_HEIGHT = 0.0
 
 @dataclass(frozen=True)
 class Changes:
-    """What a round changes of the protocol."""
+    """The changes of a round to the protocol."""
 
     calibration_error: float = 0.0
     """Distance of the hand from the planned place, m, in a random direction for each grasp."""

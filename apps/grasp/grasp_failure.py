@@ -30,7 +30,7 @@ GRAVITY = 9.81
 
 @dataclass(frozen=True)
 class SegmentTruth:
-    """What the segment of a grasp shows."""
+    """The true objects in the segment of a grasp."""
 
     index: int
     """Index of the true object, or -1 for background."""

@@ -60,7 +60,7 @@ class MovingCase(NamedTuple):
 
 
 class MovingResult(NamedTuple):
-    """What a trial measured."""
+    """The measurements of a trial."""
 
     clearance: float
     """Minimum distance of all cycles, by a model that the controller cannot access, m."""

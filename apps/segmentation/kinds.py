@@ -67,7 +67,7 @@ class KindOptions:
 
 
 class Score(NamedTuple):
-    """What a segmentation got right on a frame."""
+    """The score of a segmentation on a frame."""
 
     right: float
     """Number of objects right of an annotated frame, overlap F (0-1) of a labelled one."""

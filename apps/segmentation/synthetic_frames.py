@@ -41,7 +41,7 @@ NOISES = ("none", "realistic", "1mm", "2mm", "3mm")
 
 @dataclass(frozen=True)
 class FurnishedContents:
-    """What stands in synthetic scenes with furniture, besides the furniture."""
+    """The contents of synthetic scenes with furniture, besides the furniture."""
 
     meshes: Path | None = None
     """Folder of .urdf, .obj or .stl files, whose objects take the place of random solids."""

@@ -80,7 +80,7 @@ class ContactState(NamedTuple):
 
 
 class ColumnLaw(NamedTuple):
-    """How a foam column reacts to one moving solid."""
+    """The reaction of a foam column to one moving solid."""
 
     table: NDArray
     """(T,) float64, pressure over depth, Pa."""

@@ -24,7 +24,7 @@ MAX_STEP = 0.1
 
 @dataclass(frozen=True)
 class ContactReading:
-    """What a sensor feels in one control cycle."""
+    """The contact that a sensor measures in one control cycle."""
 
     features: ContactFeatures
     """Features of the newest image."""

@@ -17,7 +17,7 @@ GRAVITY = 9.81
 
 
 class HeldLoad:
-    """What happens to the object of one pick while the hand checks that it holds it.
+    """The load on the object of one pick while the hand checks that it holds it.
 
     Parameters
     ----------

@@ -61,7 +61,7 @@ class ProtocolChoice:
 
 @dataclass(frozen=True)
 class ProtocolSettings:
-    """What a run of the protocol is asked to measure."""
+    """The rows, seeds and objects of a run of the protocol."""
 
     families: tuple[str, ...]
     """packed, pile."""
