@@ -108,10 +108,6 @@ class ServoOptions:
         """Return the loop gain of turning, 1/s."""
         return self._allowed(TURN_GAIN, ORIENTATION_WINDOW)
 
-    def press_limit(self) -> float:
-        """Return the loop gain Kp dp/dz at which pressing oscillates, 1/s."""
-        return gain_limit(self.window, self.rate, self.arm_lag, self.latency)
-
     def _allowed(self, gain: float, window: int) -> float:
         limit = gain_limit(window, self.rate, self.arm_lag, self.latency)
         return min(gain, self.stability_share * limit)

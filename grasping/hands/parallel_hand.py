@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -197,11 +196,6 @@ class ParallelHand:
             raise InputError(
                 f"hand {self.name}: the fingertips must end at z = 0, they end at {tip:.4f} m"
             )
-
-    @cached_property
-    def palm_front(self) -> float:
-        """Greatest z of what does not move with the jaws, m; negative."""
-        return max((box.high[2] for box in self.palm_boxes), default=-math.inf)
 
     def jaw_boxes(self, opening: float) -> NDArray[np.float64]:
         """Return low and high corners of both fingers' boxes at an opening, (2 n, 2, 3), m."""

@@ -51,5 +51,5 @@ def test_plate_stops_the_fingertips():
 
 def test_post_between_the_pads_stops_the_palm():
     post = np.column_stack([np.zeros((50, 2)), np.linspace(0.0, 0.1, 50)])
-    expected = APPROACH - (0.08 + PANDA.palm_front)
+    expected = APPROACH - (0.08 + max(box.high[2] for box in PANDA.palm_boxes))
     assert travel(0.02, post) == pytest.approx(expected, abs=0.003)
