@@ -9,7 +9,9 @@ from synthetic_solids import Ball, Box, exact_image, heights, solid_frame
 from eyehand.perception import SegmentationOptions
 from eyehand.perception.segmentation.join_patches import (
     COLOUR_GAIN,
+    EQUAL_HIDDEN_GAIN,
     MIN_CONTACT,
+    UNLIKE_GAIN,
     contract_edges,
     edge_weights,
     find_slivers,
@@ -127,13 +129,16 @@ def test_parts_of_any_colour_behind_an_occluder_are_one_object(other):
     assert left == right
 
 
-@pytest.mark.parametrize("contact", [0.0, 1.0])
-def test_colours_count_between_touching_patches(contact):
+@pytest.mark.parametrize(
+    ("contact", "unlike", "equal"),
+    [(0.0, 0.0, EQUAL_HIDDEN_GAIN), (1.0, UNLIKE_GAIN, COLOUR_GAIN)],
+)
+def test_different_colours_count_only_between_touching_patches(contact, unlike, equal):
     pairs = np.array([[1, 2], [1, 3], [2, 3]])
     edges = PatchEdges(pairs, *np.zeros((7, 3)))._replace(contact=np.full(3, contact))
     without = edge_weights(edges)
     added = edge_weights(edges._replace(colour=np.array([-0.5, 0.0, 0.5]))) - without
-    assert added == pytest.approx(COLOUR_GAIN * contact * np.array([-0.5, 0.0, 0.5]))
+    assert added == pytest.approx([-0.5 * unlike, 0.0, 0.5 * equal])
 
 
 def test_ball_halves_are_one_object():
