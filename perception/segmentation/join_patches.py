@@ -41,7 +41,7 @@ COLOUR_GAIN = 2.2
 gave 2.2 to 2.4."""
 UNLIKE_GAIN = 3.5
 """Per unit of evidence of different colours between patches that touch. With 2.2, 2 more of 128
-objects are joined to a neighbour, 1 each in two of four sources. 5.5 is no better."""
+objects are wrong, 1 each in two of four sources. 5.5 is no better."""
 EQUAL_HIDDEN_GAIN = 1.0
 """Per unit of evidence of equal colours between patches apart. Different ones are no evidence: the
 parts of a box on both sides of an occluder often show different prints."""

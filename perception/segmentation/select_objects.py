@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+import cv2
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
@@ -47,6 +48,12 @@ MAX_SEAM_INTERIOR = 0.1
 """Maximum share of a seam's pixels with four neighbours in it. Seams are one or two pixels wide."""
 BOARD_MARGIN = 0.01
 """Maximum distance of a piece of a board above or below the board's front edge, m."""
+MAX_FRAME = 0.5
+"""Maximum diagonal of a region that fills little of its outline, m. The frame of a shelf is
+larger."""
+MIN_SOLIDITY = 0.3
+"""Minimum share of a larger region's convex outline that its pixels fill. No object of the real
+frames with points or labels is lost."""
 MAX_PLAY = 0.02
 """Maximum distance of a leg's highest candidates from their limit, m."""
 BORDER = 2
@@ -110,6 +117,8 @@ def select_objects(
                 continue
             if supports and _lies_on_board(region.points, supports, boards):
                 continue
+            if supports and _is_frame(region.points, len(pixels), image):
+                continue
             if not _is_object(region, supports, max_extent):
                 continue
         renumber[label] = following
@@ -168,6 +177,16 @@ def _lies_on_board(
         boards.append(np.array([low, high]))
         return True
     return False
+
+
+def _is_frame(points: NDArray[np.float64], size: int, image: WorkingImage) -> bool:
+    """Return whether a region of `size` px is large and thin: the front edges of a shelf."""
+    if not len(points) or np.linalg.norm(np.ptp(points, axis=0)) < MAX_FRAME:
+        return False
+    directions = (points[:, :2] / points[:, 2:]).astype(np.float32)
+    outline = cv2.contourArea(cv2.convexHull(directions))
+    k = image.intrinsics
+    return size < MIN_SOLIDITY * outline * k.fx * k.fy
 
 
 def _is_seam(

@@ -203,6 +203,17 @@ def test_object_on_hidden_corner_of_its_support_is_kept():
         assert selected.any() == kept
 
 
+def test_large_frame_is_no_object():
+    bars = [Box(x, 0.7, (0.02, 0.02, 0.3)) for x in (-0.2, 0.2)]
+    beam = Box(0.0, 0.7, (0.42, 0.02, 0.02), base=0.3)
+    frame, labels = solid_frame([*bars, beam], (Plate(),))
+    image = exact_image(frame)
+    joined = (labels > 0).astype(np.int32)
+    assert not select_objects(joined, image, [WIDE_SUPPORT], 40, MAX_EXTENT).any()
+    separate = select_objects(labels, image, [WIDE_SUPPORT], 40, MAX_EXTENT)
+    assert np.array_equal(separate > 0, joined > 0)
+
+
 def test_inner_pixels_equal_numpy():
     labels = np.random.default_rng(0).integers(1, 3, (9, 11)).astype(np.int32)
     flat = labels.ravel()
