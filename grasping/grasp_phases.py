@@ -12,7 +12,7 @@ from eyehand.control.tasks import AxisAlignment, Interval, Orientation, Position
 
 from .cell import Cell
 from .control_tasks import control_tasks
-from .hands import AnyCommand
+from .hands import AnyCommand, ParallelHand
 from .held_grip import measured_wrench
 from .motion import NEAR_ENOUGH, RAMP_SECONDS, execute, remaining_distance, unexpected_contact
 from .pick_state import PhaseFailure, PickState
@@ -81,7 +81,10 @@ def pre_grasp(cell: Cell, state: PickState) -> PhaseFailure | None:
 
 
 def _tare(cell: Cell) -> NDArray[np.float64] | None:
-    """Return the mean measurement of the wrist with the empty hand, (6,); None without one."""
+    """Return the mean measurement of the wrist with the empty hand, (6,); None without one.
+
+    A gripper with two jaws does not follow the load, and needs none.
+    """
     found: list[NDArray[np.float64]] = []
 
     def note(reading: RobotReading) -> None:
@@ -89,7 +92,8 @@ def _tare(cell: Cell) -> NDArray[np.float64] | None:
         if wrench is not None:
             found.append(wrench)
 
-    if cell.reading.wrench is not None:
+    jaws = isinstance(cell.robot.hand, ParallelHand)
+    if cell.reading.wrench is not None and cell.options.follow_load and not jaws:
         cell.wait(TARE_SECONDS, note)
     return np.mean(found, axis=0) if found else None
 
@@ -140,14 +144,17 @@ def approach(cell: Cell, state: PickState) -> PhaseFailure | None:
                 return None
             return PhaseFailure("stuck", f"at the grasp: {result.reason}")
         reading = cell.reading.hand
-        # A touch on the inner faces of the fingers means that the object is between them.
-        if not cell.hand.touches_outside(reading, TOUCH_FORCE):
+        # A touch on the inner faces of fingers beside the object means that it is between them.
+        beside = distance < state.tip_overlap(cell)
+        if beside and not cell.hand.touches_outside(reading, TOUCH_FORCE):
             return None
-        side = cell.hand.touched_side(reading, TOUCH_FORCE)
         if retry == MAX_RETRIES:
             reason = f"{result.reason} touched something {distance * 1e3:.0f} mm before the grasp"
             return PhaseFailure("no_contact", reason)
-        _shift(cell, state, side)
+        if not _touched_pads(cell, cell.reading):
+            # What the fingers brushed has moved aside.
+            continue
+        _shift(cell, state, cell.hand.touched_side(reading, TOUCH_FORCE))
         if not _back_off(cell, state):
             return PhaseFailure("stuck", f"backing off after a touch of {result.reason}")
     return None

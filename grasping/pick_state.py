@@ -135,9 +135,12 @@ class PickState:
 
         At the pre-grasp the fingertips are `pre_grasp_distance` away from the object.
         """
+        return self.tip_overlap(cell) + cell.options.pre_grasp_distance
+
+    def tip_overlap(self, cell: Cell) -> float:
+        """Return the distance by which the fingertips pass the near face of the object, m."""
         plan = self.grasp.plan
-        depth = max(cell.hand.reach(plan.opening) - plan.palm_gap, 0.0)
-        return depth + cell.options.pre_grasp_distance
+        return max(cell.hand.reach(plan.opening) - plan.palm_gap, 0.0)
 
     def model(self, cell: Cell) -> RobotModel:
         """Return the model of the arm with the hand in the pre-shape of this grasp."""

@@ -8,9 +8,9 @@ from .cell import Cell
 from .pick_state import PickState
 
 FREQUENCY = 3.0
-"""Frequency of the motion, Hz."""
-AMPLITUDE = 0.012
-"""Amplitude of the motion, m. With `FREQUENCY` the peak acceleration is 4 m/s²."""
+"""Approximate frequency of the motion, Hz. Each axis takes a whole number of periods."""
+PEAK_ACCELERATION = 4.0
+"""Maximum acceleration of the palm, m/s². At 3 Hz the amplitude is 11 mm."""
 DAMPING = 0.05
 """Damping of the pseudo-inverse, which reduces the motion near singular configurations."""
 HANGING_FORCE = 0.1
@@ -21,6 +21,8 @@ SHAKE_OFF_SECONDS = 1.0
 
 def shake(cell: Cell, state: PickState, seconds: float) -> None:
     """Oscillate the palm along each world axis in turn, a third of the time each.
+
+    Each oscillation begins and ends at rest.
 
     Parameters
     ----------
@@ -33,11 +35,12 @@ def shake(cell: Cell, state: PickState, seconds: float) -> None:
     """
     model = state.model(cell)
     start = cell.reading.time
-    rate = 2.0 * np.pi * FREQUENCY
+    third = seconds / 3.0
+    rate = 2.0 * np.pi * max(round(FREQUENCY * third), 1) / third
     while (elapsed := cell.reading.time - start) < seconds and not cell.halted:
-        axis = min(int(3.0 * elapsed / seconds), 2)
+        axis = min(int(elapsed / third), 2)
         twist = np.zeros(6)
-        twist[axis] = AMPLITUDE * rate * np.cos(rate * (elapsed - axis * seconds / 3.0))
+        twist[axis] = PEAK_ACCELERATION / rate * np.sin(rate * (elapsed - axis * third))
         robot = model.at(cell.reading.q)
         jacobian = robot.jacobian
         damped = jacobian @ jacobian.T + DAMPING**2 * np.eye(6)

@@ -28,6 +28,9 @@ POSITION_INTEGRAL = 60e3
 """Integral gain of position control, N/(m s): compensates the springs within 0.1 s."""
 POSITION_SPEED = 0.030
 """Maximum tendon speed in position control, m/s: 2.5 rad/s at the knuckle."""
+NO_LOAD_SPEED = 0.1
+"""Tendon speed at which a motor that pulls has no tension left, m/s: 8 rad/s at the knuckle.
+Without this limit, fingers that lose their object meet the thumb at 5 m/s and pass into it."""
 SLIP_DAMPING = 4000.0
 """Damping of a slipping brake, Ns/m: 40 N above the limit slip at 10 mm/s."""
 
@@ -136,7 +139,8 @@ class TendonDrives:
             value, max_tension = self._values[k], self._max_tension[k]
             tension = 0.0
             if mode == "pull":
-                tension = min(max(value, 0.0), max_tension)
+                left = min(max(1.0 - speed[k] / NO_LOAD_SPEED, 0.0), 1.0)
+                tension = left * min(max(value, 0.0), max_tension)
             elif mode == "position":
                 stride = POSITION_SPEED * step
                 self._goal[k] += np.clip(value - self._goal[k], -stride, stride)

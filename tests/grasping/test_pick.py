@@ -89,6 +89,30 @@ def test_early_thumb_contact_shifts_hand_once_then_fails():
     assert "thumb" in stubborn.reason
 
 
+class BrushingRobot(FakeRobot):
+    """The middle fingertip brushes something for one cycle, high above the object."""
+
+    lowest = np.inf
+    brush_height = 0.0
+
+    def pad_forces(self, reading):
+        """Return the force on every pad, (P,), N."""
+        touch = super().pad_forces(reading)
+        height = self.palm_height(self.q)
+        if self.lowest > self.brush_height > height:
+            touch[[pad == "middle_distal" for pad in self.hand.pads]] = 1.0
+        self.lowest = min(self.lowest, height)
+        return touch
+
+
+def test_brief_touch_above_the_object_does_not_end_the_approach():
+    undisturbed, brushing = BrushingRobot(), BrushingRobot()
+    assert first_pick(undisturbed, [box()], []).outcome == "placed"
+    brushing.brush_height = undisturbed.lowest + 0.06
+    assert first_pick(brushing, [box()], []).outcome == "placed"
+    assert brushing.lowest == pytest.approx(undisturbed.lowest, abs=0.002)
+
+
 def test_robot_fault_stops_clearing_with_reason():
     robot = FakeRobot(fault_at=1.0)
     report, _ = run(robot, [box()])

@@ -244,7 +244,9 @@ class Scorer:
     def on_pick(self, choice: SelectedGrasp, report: PickReport | None) -> None:
         """Record a pick: before it, with None, and after it, with its report."""
         if report is None:
-            self._target = self._nearest(choice.target.points.mean(axis=0))
+            # A segment may hold several objects. The fingers close on one of them.
+            geometry, points = choice.plan.geometry, choice.target.points
+            self._target = self._nearest(geometry.centre if geometry else points.mean(axis=0))
             self._began = time.perf_counter()
             self._robot.take_contacts()
             self._touched, self._grasping = set(), False

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from eyehand.data_synth import import_mujoco
-from eyehand.data_synth.cell.tendon_drives import TendonDrives
+from eyehand.data_synth.cell.tendon_drives import NO_LOAD_SPEED, TendonDrives
 from eyehand.data_synth.cell.tendon_hand_model import HAND
 from eyehand.errors import InputError
 from eyehand.grasping.hands import HandCommand
@@ -35,6 +35,19 @@ def test_hand_without_tension_opens(hand):
     _, _, _, run = hand
 
     assert run(("pull",) * 5, [0] * 5, 600).excursions == pytest.approx(np.zeros(5), abs=5e-4)
+
+
+def test_finger_without_an_object_closes_no_faster_than_its_motor(hand):
+    _, data, _, run = hand
+    pulled = [0, 1]
+    tensions = np.zeros(5)
+    tensions[pulled] = 60.0
+    fastest = 0.0
+    for _ in range(60):
+        run(("pull",) * 5, tensions, 1)
+        fastest = max(fastest, float(-data.ten_velocity[pulled].min()))
+    # One physics step adds up to 0.04 m/s.
+    assert 0.5 * NO_LOAD_SPEED < fastest < 1.4 * NO_LOAD_SPEED
 
 
 def test_held_drive_yields_only_above_its_limit(hand):

@@ -122,10 +122,10 @@ def test_scorer_finds_object_beside_close_wall():
     scorer = Scorer(cell, robot)
     for name in ("box", "wall"):
         middle = robot.object_pose(name).translation
-        scorer.on_pick(
-            cast("SelectedGrasp", SimpleNamespace(target=SimpleNamespace(points=middle[None]))),
-            None,
-        )
+        # The segment may show another object. The grasp decides.
+        target = SimpleNamespace(points=robot.object_pose("box").translation[None])
+        plan = SimpleNamespace(geometry=SimpleNamespace(centre=middle))
+        scorer.on_pick(cast("SelectedGrasp", SimpleNamespace(target=target, plan=plan)), None)
         assert scorer._target == name
 
 
@@ -155,6 +155,7 @@ def test_pushed_neighbours_are_counted_separately(may_push, counts, monkeypatch)
         approach="top",
         rows=6,
         may_push=may_push,
+        geometry=None,
         score=SimpleNamespace(total=0.5),
     )
     report = SimpleNamespace(
