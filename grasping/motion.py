@@ -34,8 +34,8 @@ ROTATION_TASKS = (AxisAlignment, LookAt, Orientation)
 """Tasks whose error is an angle."""
 INFEASIBLE_SECONDS = 0.3
 """Time for which a motion may violate its margins, s. Shorter violations end by themselves."""
-RAMP_SECONDS = 0.1
-"""Time in which a motion reaches its full speed, s."""
+RAMP_SECONDS = 0.05
+"""Time in which the acceleration of a motion rises to its limit, s."""
 TURN_SPEED = 3.5
 """Angular speed of the hand, rad/s."""
 GAIN = 12.0
@@ -99,13 +99,12 @@ def execute(
     stop
         Function that returns the reason to stop, or an empty string to continue.
     ramp_seconds
-        Time in which the motion reaches its full speed, s.
+        Time in which the acceleration rises to its limit, s.
     """
-    start = cell.reading.time
-    end = start + seconds
+    end = cell.reading.time + seconds
     infeasible = 0.0
     still = np.zeros(len(cell.robot.joints))
-    ramp = 0.0
+    start = _SmoothStart(cell, still, ramp_seconds)
     while True:
         reading = cell.reading
         if reading.fault:
@@ -116,7 +115,7 @@ def execute(
         stop_reason = stop(reading) if stop else ""
         if stop_reason:
             if stop_reason == NEAR_ENOUGH:
-                stop_reason = _brake(cell, controller, ramp, command, stop) or stop_reason
+                stop_reason = _brake(cell, controller, start, command, stop) or stop_reason
             cell.step(still)
             return MotionResult("stopped", stop_reason)
         cycle = controller.step(reading.q)
@@ -128,38 +127,67 @@ def execute(
             cell.step(still)
             return MotionResult("stuck", cycle.reason)
         if reading.time >= end:
-            _brake(cell, controller, ramp, command, stop)
+            _brake(cell, controller, start, command, stop)
             cell.step(still)
             errors = ", ".join(f"{error:.3g}" for error in cycle.errors)
             return MotionResult(
                 "late", f"not reached after {seconds:g} s: errors {errors} (m or rad)"
             )
-        # Zero velocity is safe, and so is every velocity between it and a safe one.
-        ramp = min((reading.time - start + cell.robot.period) / ramp_seconds, 1.0)
-        cell.step(ramp * cycle.velocity, command(reading) if command else None)
+        cell.step(start.follow(cycle.velocity), command(reading) if command else None)
+
+
+@dataclass
+class _SmoothStart:
+    """Velocities that follow those of a controller from rest, with a limited acceleration.
+
+    The controller accelerates at once. These velocities begin more gently, lag behind, and catch up
+    as soon as the limit allows. A velocity between the last one and a safe one is safe.
+    """
+
+    cell: Cell
+    velocity: NDArray[np.float64]
+    """Last velocity, (n,), rad/s."""
+    ramp_seconds: float
+    """Time in which the acceleration rises to its limit, s."""
+    elapsed: float = 0.0
+    """Time since the start, s; infinite when the velocities have caught up."""
+
+    def follow(self, wanted: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the next velocity (n,) towards that of the controller, rad/s."""
+        if np.isinf(self.elapsed):
+            return wanted
+        period = self.cell.robot.period
+        self.elapsed += period
+        share = min(self.elapsed / self.ramp_seconds, 1.0)
+        limit = share * period * self.cell.arm_acceleration
+        change = wanted - self.velocity
+        excess = float(np.max(np.abs(change) / limit, initial=1.0))
+        self.velocity = self.velocity + change / excess
+        if excess == 1.0 and share == 1.0:
+            self.elapsed = np.inf
+        return self.velocity
 
 
 def _brake(
     cell: Cell,
     controller: Controller,
-    ramp: float,
+    start: _SmoothStart,
     command: Callable[[RobotReading], AnyCommand | None] | None,
     stop: Callable[[RobotReading], str] | None,
 ) -> str:
     """Brake within the limits; return the reason to stop at once, such as a contact, or "".
 
-    ``ramp`` is the share of the controller's speed at which the arm moves. A command that drops to
-    zero at once saturates the motors of light wrists.
+    A command that drops to zero at once saturates the motors of light wrists.
     """
     end = cell.reading.time + BRAKE_SECONDS
     while cell.reading.time < end and not cell.halted:
         reason = stop(cell.reading) if stop else ""
         if reason not in ("", NEAR_ENOUGH):
             return reason
-        cycle = controller.stop(cell.reading.q)
-        if cycle.status == "stopped":
+        velocity = start.follow(controller.stop(cell.reading.q).velocity)
+        if not velocity.any():
             break
-        cell.step(ramp * cycle.velocity, command(cell.reading) if command else None)
+        cell.step(velocity, command(cell.reading) if command else None)
     return ""
 
 

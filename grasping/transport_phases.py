@@ -40,8 +40,9 @@ MIN_WIDTH_SHARE = 0.3
 """Minimum distance of the fingertips that hold an object, as a share of the object's smallest
 extent. Off the middle of a round object the held chord is shorter, and the distance is known to a
 few mm only."""
-RAMP_SECONDS = 0.15
-"""Time in which a motion with a held object reaches its full speed, s. Shorter ramps jerk it."""
+RAMP_SECONDS = 0.075
+"""Time in which the acceleration of a motion with a held object rises to its limit, s. Shorter
+ramps jerk it."""
 MIN_LIFT_SHARE = 0.5
 """Minimum share of the lift height at which an arm that cannot rise further continues."""
 WEIGHING_HEIGHT, MIN_WEIGHING_HEIGHT = 0.015, 0.004
