@@ -82,6 +82,10 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "eyehand.apps.motion.fig1:experiment_fig1",
         "Fig. 1: the path of a hand around obstacles, by the weight of avoidance",
     ),
+    "experiment force-closure": (
+        "eyehand.apps.grasp.force_closure:experiment_force_closure",
+        "section 2: improve a grasp after contact, by null-space motions of the arm",
+    ),
     "experiment features": (
         "eyehand.apps.touch.features:experiment_features",
         "section 3.2: methods for a contact's orientation and position, time against accuracy",

@@ -38,6 +38,8 @@ class MeshObject:
     pieces: tuple[NDArray[np.float64], ...] = ()
     """Vertices of each convex piece, (P, 3), m. Contacts and inertia use the pieces; if empty, they
     use the hull of the mesh."""
+    shares: tuple[float, ...] = ()
+    """Share of the mass of each piece; if empty, the pieces have one density."""
 
     @property
     def centre(self) -> NDArray[np.float64]:
@@ -57,7 +59,7 @@ class MeshObject:
 def add_mesh_object(spec: Any, item: MeshObject, *, free: bool = True) -> None:
     """Add an object as a body with its name to a scene's `MjSpec`, with a free joint or fixed.
 
-    The inertia is that of the pieces, or of the hull, with a uniform density.
+    The inertia is that of the pieces, or of the hull, each with a uniform density.
     """
     mujoco = import_mujoco()
     body = spec.worldbody.add_body(name=item.name, pos=item.centre)
@@ -80,8 +82,8 @@ def add_mesh_object(spec: Any, item: MeshObject, *, free: bool = True) -> None:
         set_contact(geom)
         return
     geom.mass, geom.contype, geom.conaffinity = 0.0, 0, 0
-    volumes = np.array([hull_volume(piece) for piece in solids])
-    for number, (piece, share) in enumerate(zip(solids, volumes / volumes.sum(), strict=True)):
+    weights = np.array(item.shares or [hull_volume(piece) for piece in solids])
+    for number, (piece, share) in enumerate(zip(solids, weights / weights.sum(), strict=True)):
         label = f"{item.name}_piece_{number}"
         shape = spec.add_mesh(name=label, uservert=piece.ravel())
         shape.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX

@@ -189,6 +189,23 @@ class Closing:
             if self._modes[k] == "hold":
                 self._values[k] = WRAP_HOLD_TENSION * raised**2
 
+    def ease(self, tension: float, thumb_tension: float) -> None:
+        """Hold the object lightly with both sides, so that the pads can slide along it.
+
+        Parameters
+        ----------
+        tension, thumb_tension
+            Tension of each finger and of the thumb, N. The thumb follows the object meanwhile
+            instead of keeping its place, until :meth:`end_ease`.
+        """
+        self.pull_with(tension)
+        self._modes[self._thumb], self._values[self._thumb] = "pull", thumb_tension
+
+    def end_ease(self) -> None:
+        """Let the thumb keep its place again, as in the grip."""
+        self._modes[self._thumb] = "hold"
+        self.pull_with(self._tension)
+
     def _close(self, reading: HandReading, dt: float) -> None:
         options, hand = self._options, self._hand
         forces = finger_forces(reading, hand)
