@@ -35,7 +35,8 @@ if TYPE_CHECKING:
     from .joined_robot import JoinedRobot
     from .motion import execute
     from .opposed_grasps import plan_opposed_grasps
-    from .pick_options import PickOptions
+    from .pick import pick_object
+    from .pick_options import Balancing, PickOptions
     from .pick_state import SelectedGrasp
     from .support_memory import SupportMemory
     from .tray import Tray
@@ -46,6 +47,7 @@ __all__ = [
     "ApproachTask",
     "Arm",
     "ArmReading",
+    "Balancing",
     "Camera",
     "Cell",
     "ClearOptions",
@@ -85,6 +87,7 @@ __all__ = [
     "generic_jaw",
     "load_hand",
     "observe",
+    "pick_object",
     "plan_grasps",
     "plan_hold",
     "plan_opposed_grasps",
@@ -104,6 +107,7 @@ _LAZY = {
     "plan_grasps": "jaws",
     "plan_hold": "hold_quality",
     "plan_opposed_grasps": "opposed_grasps",
+    "Balancing": "pick_options",
     "Cell": "cell",
     "ClearOptions": "clearing",
     "CycleInfo": "cell",
@@ -115,6 +119,7 @@ _LAZY = {
     "clear_table": "clearing",
     "execute": "motion",
     "observe": "clearing",
+    "pick_object": "pick",
     "select_grasp": "grasp_selection",
 }
 

@@ -15,7 +15,7 @@ from .frame_fusion import fuse_frames
 from .grasp_selection import GraspSelection, select_grasp
 from .motion import execute, unexpected_contact
 from .obstacles import scene_obstacles
-from .pick import pick
+from .pick import pick_object
 from .pick_verification import verify_pick
 from .planning import GraspOptions
 from .report import CLEAR, NOT_TRIED, NOTHING_GRASPABLE, ClearReport, PickReport
@@ -201,7 +201,7 @@ def _pick(run: _Clearing) -> Step:
     if run.on_pick is not None:
         run.on_pick(grasp, None)
     run.perceive_ms = run.plan_ms = 0.0
-    report = pick(run.cell, grasp)
+    report = pick_object(run.cell, grasp)
     run.picks.append(report)
     if not report:
         run.add_failed_grasp()

@@ -127,26 +127,18 @@ def balance_error(reading: RobotReading, hand: HandModel, centre: float | None) 
     return BalanceError(shift, -float(np.arctan(slope)))
 
 
-def balance(cell: Cell, state: PickState, centre: float | None) -> Balance | None:
+def balance(cell: Cell, state: PickState) -> Balance | None:
     """Slide the lightly closed hand along the resting object, and grip it again.
 
-    Without fingers and thumb, and in a power grasp, nothing happens and the result is None.
-
-    Parameters
-    ----------
-    cell
-        The robot. The hand holds an object that rests on a support.
-    state
-        The pick.
-    centre
-        Estimated coordinate of the centre of mass along the row of fingers, m, in the palm's frame.
-        None if it is unknown.
+    `PickOptions.balance` names the source of the centre of mass. Without fingers and thumb, and in
+    a power grasp, nothing happens and the result is None.
     """
-    closing, hand = state.closing, cell.robot.hand
-    if not (isinstance(closing, Closing) and isinstance(hand, HandModel)):
+    closing, hand, source = state.closing, cell.robot.hand, cell.options.balance
+    if source == "off" or not (isinstance(closing, Closing) and isinstance(hand, HandModel)):
         return None
     if state.prototype == "power" or closing.state != "holding":
         return None
+    centre = felt_centre(cell, state) if source == "felt" else _seen_centre(cell, state)
     tension = closing.tension
     closing.ease(LIGHT_TENSION, LIGHT_THUMB_TENSION)
     cell.wait(EASE_SECONDS, lambda reading: state.grip_command(cell, reading))
@@ -196,6 +188,14 @@ def _slide(
         if result.end == "stopped":
             return Balance(before, after, result.reason)
     return Balance(before, after, "")
+
+
+def _seen_centre(cell: Cell, state: PickState) -> float | None:
+    """Return the coordinate of the solid's centre along the row of fingers, m, palm frame."""
+    solid = state.grasp.target.fit.superquadric
+    if solid is None:
+        return None
+    return float(cell.palm_pose().inv().apply(solid.centre + state.offset)[1])
 
 
 def felt_centre(cell: Cell, state: PickState) -> float | None:

@@ -12,6 +12,7 @@ from eyehand.control.tasks import AxisAlignment, Interval, Orientation, Position
 
 from .cell import Cell
 from .control_tasks import control_tasks
+from .grasp_balance import balance
 from .hands import AnyCommand, ParallelHand
 from .held_grip import measured_wrench
 from .motion import NEAR_ENOUGH, RAMP_SECONDS, execute, remaining_distance, unexpected_contact
@@ -217,7 +218,8 @@ def _close_once(cell: Cell, state: PickState) -> tuple[PhaseFailure | None, floa
 
 
 def grip(cell: Cell, state: PickState) -> PhaseFailure | None:
-    """Wait until the grip force is constant."""
+    """Improve the grasp, if the options say so, and wait until the grip force is constant."""
+    balance(cell, state)
     cell.wait(GRIP_SECONDS, lambda reading: state.grip_command(cell, reading))
     state.T_palm_world_at_grasp = cell.palm_pose().inv()
     state.follow_load(cell)

@@ -14,7 +14,7 @@ from .report import Phase, PickReport
 from .transport_phases import check, lift, place
 
 
-def pick(cell: Cell, grasp: SelectedGrasp) -> PickReport:
+def pick_object(cell: Cell, grasp: SelectedGrasp) -> PickReport:
     """Grasp an object, lift it, and put it into the tray.
 
     After a failed phase the hand opens and moves off the object, unless the robot has a fault.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Literal, get_args
 
 from eyehand.control import ControlOptions, PlannerOptions
 from eyehand.errors import InputError
@@ -15,6 +16,10 @@ MAX_VALUE = 1e3
 """Upper bound of every numeric option in SI units."""
 POSITIVE = ("speed", "carry_speed", "max_contact_force")
 """Options that must not be 0, because nothing would move."""
+
+
+Balancing = Literal["off", "seen", "felt"]
+"""Source of the centre of mass for `PickOptions.balance`."""
 
 
 @dataclass(frozen=True)
@@ -45,6 +50,13 @@ class PickOptions:
     follow_load: bool = True
     """Whether the grip follows the load that the wrist measures, instead of the estimated mass. It
     needs a robot that measures `RobotReading.wrench`, and takes about half a second."""
+    balance: Balancing = "off"
+    """Whether the hand slides along the resting object after contact, until the opposing axis is
+    near the centre of mass and the fingers are flat on the touched face. It takes 1.5 s.
+
+    - off: it lifts the grasp as it is.
+    - seen: the centre of mass is that of the solid.
+    - felt: the wrist measures it when it raises the object by 6 mm."""
     speed: float = 1.0
     """Factor on the speeds of the arm with an empty hand and during the lift. A factor below 1
     extends the time limits as well. Faster saves time, but hits unseen obstacles harder."""
@@ -76,6 +88,9 @@ class PickOptions:
                 raise InputError(f"pick option {name} must lie in [0, {MAX_VALUE:g}), got {value}")
             if value == 0.0 and name in POSITIVE:
                 raise InputError(f"pick option {name} must be > 0, got {value}")
+        if self.balance not in get_args(Balancing):
+            names = ", ".join(get_args(Balancing))
+            raise InputError(f"pick option balance must be one of {names}, got {self.balance!r}")
         if self.max_attempts < 1:
             raise InputError(f"pick option max_attempts must be >= 1, got {self.max_attempts}")
 

@@ -154,6 +154,17 @@ class PickState:
             self.held.update(cell, reading)
         return self.closing.step(reading.hand, cell.robot.period)
 
+    def lost(self, cell: Cell) -> str:
+        """Return the reason to stop if the closed hand holds nothing any more; empty if it does.
+
+        Fingers are empty only after a while, because a light object bounces between the pads.
+        """
+        if isinstance(self.closing, Closing):
+            holds = self.closing.state != "empty"
+        else:
+            holds = cell.hand.holds(cell.reading.hand)
+        return "" if holds else "the object left the hand"
+
     def follow_load(self, cell: Cell) -> None:
         """Adjust the grip to the load from now on, if hand and wrist measure forces."""
         hand, closing = cell.robot.hand, self.closing

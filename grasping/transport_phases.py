@@ -13,7 +13,6 @@ from eyehand.control.tasks import AxisAlignment, Orientation, Position, Task
 from eyehand.perception import SuperquadricFit
 
 from .cell import Cell
-from .hands.closing import Closing
 from .held_grip import MIN_WEIGHT, STEADY_SECONDS
 from .motion import NEAR_ENOUGH, Controller, MotionResult, execute
 from .pick_state import (
@@ -102,7 +101,7 @@ def _weigh(cell: Cell, state: PickState, palm: RigidTransform) -> PhaseFailure |
         state.move_off(cell, tasks, WEIGHING_SPEED),
         cell.options.time_limit(LIFT_SECONDS),
         command=lambda reading: state.grip_command(cell, reading),
-        stop=lambda reading: _lost(cell, state, reading) or taken_over(),
+        stop=lambda _: state.lost(cell) or taken_over(),
     )
     if result.end == "stopped" and result.reason != WEIGHED:
         return PhaseFailure("slipped", f"{result.reason} while lifting")
@@ -127,9 +126,7 @@ def check(cell: Cell, state: PickState) -> PhaseFailure | None:
     if cell.options.shake_seconds > 0.0:
         shake(cell, state, cell.options.shake_seconds)
     width = cell.hand.width(cell.reading.hand)
-    reason = _lost(cell, state, cell.reading) or gripped_too_thin(
-        width, state.plan, state.grasp.target.fit
-    )
+    reason = state.lost(cell) or gripped_too_thin(width, state.plan, state.grasp.target.fit)
     return PhaseFailure("slipped", f"{reason} after the lift") if reason else None
 
 
@@ -263,7 +260,7 @@ def _carry(
 
     def stop(reading: RobotReading) -> str:
         near = tasks and state.near_goal(cell, tasks, reading.q, slack)
-        return _lost(cell, state, reading) or (NEAR_ENOUGH if near else "")
+        return state.lost(cell) or (NEAR_ENOUGH if near else "")
 
     result = execute(
         cell,
@@ -305,16 +302,3 @@ def gripped_too_thin(width: float, plan: GraspPlan, fit: SuperquadricFit) -> str
         return ""
     gap = 1e3 * max(width, 0.0)
     return f"the fingertips are {gap:.0f} mm apart on an object of {1e3 * expected:.0f} mm"
-
-
-def _lost(cell: Cell, state: PickState, reading: RobotReading) -> str:
-    """Return the reason to stop if the hand holds nothing any more.
-
-    Fingers count as empty only after a while: a light object bounces between the pads.
-    """
-    closing = state.closing
-    if isinstance(closing, Closing):
-        holds = closing.state != "empty"
-    else:
-        holds = cell.hand.holds(reading.hand)
-    return "" if holds else "the object left the hand"

@@ -15,6 +15,8 @@ from eyehand.perception.superquadric import Superquadric
 PLACE, TURN = (0.0, 0.05), 0.3
 """Position, m, and rotation about the vertical, rad, of the object on the table."""
 COLOUR = (0.75, 0.45, 0.25)
+OBJECT = "object"
+"""Name of the object in the simulation."""
 FACETS = 32
 """Facets of a round piece."""
 
@@ -88,17 +90,19 @@ class ClosureShape:
             faces.append(ConvexHull(cloud).simplices + first)
             first += len(cloud)
         return MeshObject(
-            "object", np.concatenate(clouds), np.concatenate(faces), mass, COLOUR, self.pose,
+            OBJECT, np.concatenate(clouds), np.concatenate(faces), mass, COLOUR, self.pose,
             clouds if len(clouds) > 1 else (), self.shares,
         )  # fmt: skip
 
-    def perceived_object(self, mass: float) -> TabletopObject:
-        """Return the gripped piece as the solid that perception would find."""
-        piece = self.pieces[0]
-        centre = self.pose.apply([piece.middle, 0.0, 0.0])
+    def perceived_object(self, mass: float, error: float) -> TabletopObject:
+        """Return a solid as perception would find it.
+
+        Its centre is `seen_centre` with an ``error`` along the object, m.
+        """
+        centre = self.pose.apply([self.seen_centre + error, 0.0, 0.0])
         pose = RigidTransform.from_components(centre, self.pose.rotation)
-        solid = Superquadric(0.5 * np.array(piece.size), (0.1, 0.1), pose, "box")
-        return TabletopObject("object", solid, mass, COLOUR)
+        solid = Superquadric(0.5 * np.array(self.pieces[0].size), (0.1, 0.1), pose, "box")
+        return TabletopObject(OBJECT, solid, mass, COLOUR)
 
 
 SHAPES = (

@@ -3,31 +3,39 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, get_args
 
 import numpy as np
 
 from eyehand.data_synth import DepthNoise
 from eyehand.data_synth.cell import GraspWorld, SimRobot
-from eyehand.grasping import Cell, GraspPlan, HandModel, PickOptions, SelectedGrasp, Tray
-from eyehand.grasping.grasp_balance import Balance, balance, felt_centre, slide_controller
-from eyehand.grasping.grasp_phases import approach, close, contact, grip, pre_grasp
-from eyehand.grasping.hold_quality import PATCH_RADIUS
-from eyehand.grasping.pick_state import PickState
-from eyehand.grasping.plan import ApproachTask, Score
-from eyehand.grasping.shaking import shake
-from eyehand.grasping.transport_phases import lift
+from eyehand.grasping import (
+    ApproachTask,
+    Balancing,
+    Cell,
+    HandModel,
+    PickOptions,
+    SelectedGrasp,
+    Tray,
+    pick_object,
+    plan_prototypes,
+)
 
-from .closure_objects import SHAPES, ClosureShape
+from .bench.held_load import HeldLoad
+from .closure_objects import OBJECT, SHAPES, ClosureShape
 from .ground_truth_scene import ground_truth_scene
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
     from scipy.spatial.transform import RigidTransform
 
-    from eyehand.perception import Scene
+    from eyehand.grasping import CycleInfo, RobotReading
+    from eyehand.grasping.hands import AnyCommand
+    from eyehand.perception import DepthFrame, Scene
 
-METHODS = ("none", "seen", "felt")
+METHODS: tuple[Balancing, ...] = get_args(Balancing)
 """No task; the task with the centre of mass that a camera estimates; the task with the centre that
 the wrist feels when it raises the object by millimetres."""
 MAX_OFFSET, MAX_ANGLE = 0.020, np.radians(20.0)
@@ -49,8 +57,10 @@ MAX_SLIP = 0.015
 GRAVITY = 9.81
 NOTHING = float("nan")
 """Value of a measure that a trial did not reach."""
-TIMED_CYCLES = 100
-"""Control cycles over which the time of one is measured."""
+PATCH_RADIUS = 0.006
+"""Radius at which the pad of one finger resists turning, m, as in `plan_hold`."""
+SETTLE_SECONDS = 0.3
+"""Time before the pick in which the object comes to rest, s."""
 
 
 @dataclass(frozen=True)
@@ -95,8 +105,6 @@ class ClosureResult:
     """Robot time from the first grip to the last, s."""
     cycle_us: float = NOTHING
     """Computing time of a control cycle of the task, µs; NaN without one."""
-    reason: str = ""
-    """Why the task ended early; empty otherwise."""
 
 
 def draw_closure_trial(seed: int) -> ClosureTrial:
@@ -112,126 +120,150 @@ def draw_closure_trial(seed: int) -> ClosureTrial:
     )
 
 
-def run_closure_trial(trial: ClosureTrial, method: str) -> ClosureResult:
+def run_closure_trial(trial: ClosureTrial, method: Balancing) -> ClosureResult:
     """Grip beside the best place, improve the grasp by a method of `METHODS`, lift and load it."""
-    cell, robot = _cell(trial)
-    state = _state(trial, robot)
-    for phase in (pre_grasp, approach, contact, close):
-        if phase(cell, state) is not None:
-            return ClosureResult()
-    began = cell.reading.time
-    found, cycle = _improve(cell, state, trial, method)
-    grip(cell, state)
-    seconds = cell.reading.time - began
-    gripped = _object_in_palm(cell, robot)
-    centre = gripped.apply([trial.shape.centre, 0.0, 0.0])
-    along = gripped.rotation.apply([1.0, 0.0, 0.0])
-    margin = _margin(trial, cell, float(centre[1]))
-    lift(cell, state)
-    lifted = robot.is_lifted("object")
-    tilt = (gripped.rotation.inv() * _object_in_palm(cell, robot).rotation).magnitude()
-    if lifted:
-        _load(cell, robot, state, trial)
-    slid = _object_in_palm(cell, robot).translation - gripped.translation
-    kept = robot.is_lifted("object") and float(np.linalg.norm(slid)) < MAX_SLIP
-    return ClosureResult(
-        gripped=True,
-        offset=float(abs(centre[1])),
-        turn=float(np.arctan2(abs(along[0]), abs(along[1]))),
-        margin=margin,
-        torque=trial.mass * GRAVITY * float(abs(centre[1])),
-        tilt=float(tilt) if lifted else float("nan"),
-        lifted=lifted,
-        kept=kept,
-        seconds=seconds,
-        cycle_us=cycle,
-        reason=found.reason if found else "",
-    )
-
-
-def _cell(trial: ClosureTrial) -> tuple[Cell, SimRobot]:
     world = GraspWorld.build([trial.shape.world_object(trial.mass)], friction=trial.friction)
-    robot = SimRobot(world, noise=DepthNoise.none())
+    robot = _TimedRobot(world, noise=DepthNoise.none())
     place = world.cell
     tray = Tray(np.array(place.tray_centre), place.tray_size, place.tray_height)
-    cell = Cell(robot, _sees_nothing, tray, PickOptions())
-    cell.wait(0.3)
-    cell.begin()
-    return cell, robot
+    options = PickOptions(balance=method, check_seconds=LOAD_SECONDS, shake_seconds=SHAKE_SECONDS)
+    cell = Cell(robot, _sees_nothing, tray, options)
+    cell.wait(SETTLE_SECONDS)
+    record = _Record(cell, robot, trial)
+    cell.on_cycle = record.update
+    with suppress(_TrialOver):
+        pick_object(cell, _first_grasp(trial, robot))
+    return record.result()
 
 
-def _sees_nothing(frame: object) -> Scene:
+class _TrialOver(Exception):  # noqa: N818 - the trial ends, nothing failed
+    """The end of a trial. Putting the object down shows nothing."""
+
+
+class _TimedRobot(SimRobot):
+    """A simulated robot that measures the computing time between its steps."""
+
+    left = 0.0
+    spent = 0.0
+    """Computing time since the step before, s; NaN while the arm rests."""
+
+    def step(
+        self, velocity: NDArray[np.float64], command: AnyCommand | None = None
+    ) -> RobotReading:
+        """Move for one control period."""
+        self.spent = time.thread_time() - self.left if np.any(velocity) else NOTHING
+        reading = super().step(velocity, command)
+        self.left = time.thread_time()
+        return reading
+
+
+class _Record:
+    """What happens to the object in a trial."""
+
+    def __init__(self, cell: Cell, robot: _TimedRobot, trial: ClosureTrial) -> None:
+        self._cell, self._robot, self._trial = cell, robot, trial
+        self._load = HeldLoad(robot, OBJECT, LOAD, trial.friction)
+        self._result = ClosureResult()
+        self._gripped: RigidTransform | None = None
+        self._began = NOTHING
+        self._cycles: list[float] = []
+
+    def update(self, cycle: CycleInfo) -> None:
+        """Note a control cycle, and set the load for the next one."""
+        if cycle.phase == "place":
+            self._load.end()
+            raise _TrialOver
+        self._load.update(cycle)
+        if cycle.phase == "grip":
+            self._began = np.fmin(self._began, cycle.reading.time)
+            self._cycles.append(self._robot.spent)
+        elif cycle.phase == "lift" and self._gripped is None:
+            self._gripped = self._object_in_palm()
+            self._note_grip(self._gripped, cycle)
+        elif cycle.phase == "check" and self._gripped is not None:
+            held = self._object_in_palm()
+            slid = float(np.linalg.norm(held.translation - self._gripped.translation))
+            kept = self._robot.is_lifted(OBJECT) and slid < MAX_SLIP
+            tilt = self._result.tilt
+            if not self._result.lifted:
+                tilt = float((self._gripped.rotation.inv() * held.rotation).magnitude())
+            self._result = replace(self._result, lifted=self._load.lifted, kept=kept, tilt=tilt)
+
+    def result(self) -> ClosureResult:
+        """Return the result."""
+        return self._result
+
+    def _note_grip(self, gripped: RigidTransform, cycle: CycleInfo) -> None:
+        place = float(gripped.apply([self._trial.shape.centre, 0.0, 0.0])[1])
+        along = gripped.rotation.apply([1.0, 0.0, 0.0])
+        moving = [spent for spent in self._cycles if np.isfinite(spent)]
+        self._result = ClosureResult(
+            gripped=True,
+            offset=abs(place),
+            turn=float(np.arctan2(abs(along[0]), abs(along[1]))),
+            torque=self._trial.mass * GRAVITY * abs(place),
+            margin=self._margin(place, cycle.force),
+            seconds=cycle.reading.time - self._began,
+            cycle_us=1e6 * float(np.median(moving)) if moving else NOTHING,
+        )
+
+    def _margin(self, place: float, force: NDArray[np.float64]) -> float:
+        """Return the margin to the limit surface of the pads, as in `plan_hold`.
+
+        Parameters
+        ----------
+        place
+            Coordinate of the centre of mass along the row of fingers, m.
+        force
+            Force on each finger, then on the palm, N.
+        """
+        hand = self._robot.hand
+        assert isinstance(hand, HandModel)
+        rows = hand.row_offsets
+        forces = force[: len(rows)]
+        if forces.sum() <= 0.0:
+            return NOTHING
+        middle = float(forces @ rows / forces.sum())
+        spread = np.sqrt(forces @ (rows - middle) ** 2 / forces.sum() + PATCH_RADIUS**2)
+        share = self._trial.mass * GRAVITY / (2.0 * self._trial.friction * forces.sum())
+        return 1.0 - float(share * np.hypot(1.0, (place - middle) / spread))
+
+    def _object_in_palm(self) -> RigidTransform:
+        return self._cell.palm_pose().inv() * self._robot.object_pose(OBJECT)
+
+
+def _sees_nothing(frame: DepthFrame) -> Scene:
     raise NotImplementedError("the trial knows its scene")
 
 
-def _state(trial: ClosureTrial, robot: SimRobot) -> PickState:
-    """Return the pick of a grasp from above, with the offset of the trial."""
-    shape = trial.shape
-    scene = ground_truth_scene([shape.perceived_object(trial.mass)], np.array([0.0, 0.0, 1.0]))
+def _first_grasp(trial: ClosureTrial, robot: SimRobot) -> SelectedGrasp:
+    """Return a grasp from above, with the offset of the trial."""
+    shape, hand = trial.shape, robot.hand
+    assert isinstance(hand, HandModel)
+    perceived = shape.perceived_object(trial.mass, trial.seen_error)
+    scene = ground_truth_scene([perceived], np.array([0.0, 0.0, 1.0]))
+    (target,) = scene.objects
     down = np.array([0.0, 0.0, -1.0])
     long, across = shape.pose.rotation.as_matrix()[:, :2].T
     thumb = np.cos(trial.angle) * across + np.sin(trial.angle) * long
     point = shape.pose.apply([shape.seen_centre + trial.offset, 0.0, 0.0])
     point[2] = TIP_HEIGHT
-    assert isinstance(robot.hand, HandModel)
-    reach = robot.hand.reach(shape.width)
-    opening = shape.width + OPENING_MARGIN
+    reach = hand.reach(shape.width)
     tasks = (
         ApproachTask("position", 3, point, down, reach, "tips", retreat_slope=1.0),
         ApproachTask("orientation", 3, point, thumb, 0.0, "palm", palm=down),
     )
-    mass = (trial.mass, trial.mass, trial.mass)
-    plan = GraspPlan(
-        "precision", "top", opening, thumb, down, tasks, Score(1.0, {}), {}, mass, "",
+    plans = plan_prototypes(target, scene.support, hand=hand)
+    plan = replace(
+        next(iter(plans)),
+        prototype="precision",
+        approach="top",
+        opening=shape.width + OPENING_MARGIN,
+        closing=thumb,
+        palm=down,
+        tasks=tasks,
+        mass=(trial.mass, trial.mass, trial.mass),
+        geometry=None,
         palm_gap=reach - shape.pieces[0].size[2],
-    )  # fmt: skip
-    return PickState(SelectedGrasp(scene, scene.objects[0], plan))
-
-
-def _improve(
-    cell: Cell, state: PickState, trial: ClosureTrial, method: str
-) -> tuple[Balance | None, float]:
-    """Return what the task did, and the computing time of one of its control cycles, µs."""
-    if method == "none":
-        return None, float("nan")
-    palm = cell.palm_pose()
-    if method == "felt":
-        centre = felt_centre(cell, state)
-    else:
-        seen = trial.shape.pose.apply([trial.shape.seen_centre + trial.seen_error, 0.0, 0.0])
-        centre = float(palm.inv().apply(seen)[1])
-    found = balance(cell, state, centre)
-    controller = slide_controller(cell, state, cell.palm_pose(), 0.001, 0.01)
-    controller.step(cell.reading.q)
-    began = time.thread_time()
-    for _ in range(TIMED_CYCLES):
-        controller.step(cell.reading.q)
-    return found, 1e6 * (time.thread_time() - began) / TIMED_CYCLES
-
-
-def _margin(trial: ClosureTrial, cell: Cell, place: float) -> float:
-    """Return the margin to the limit surface of the pads, as `grasping/hold_kernels.py` has it.
-
-    ``place`` is the coordinate of the centre of mass along the row of fingers, m.
-    """
-    hand = cell.robot.hand
-    assert isinstance(hand, HandModel)
-    forces, rows = cell.hand.forces(cell.reading.hand)[: len(hand.fingers) - 1], hand.row_offsets
-    if forces.sum() <= 0.0:
-        return float("nan")
-    middle = float(forces @ rows / forces.sum())
-    spread = np.sqrt(forces @ (rows - middle) ** 2 / forces.sum() + PATCH_RADIUS**2)
-    share = trial.mass * GRAVITY / (2.0 * trial.friction * forces.sum())
-    return 1.0 - float(share * np.hypot(1.0, (place - middle) / spread))
-
-
-def _load(cell: Cell, robot: SimRobot, state: PickState, trial: ClosureTrial) -> None:
-    """Pull the held object down, then shake the hand."""
-    robot.set_load("object", (LOAD - 1.0) * trial.mass * GRAVITY)
-    cell.wait(LOAD_SECONDS, lambda reading: state.grip_command(cell, reading))
-    robot.set_load("object", 0.0)
-    shake(cell, state, SHAKE_SECONDS)
-
-
-def _object_in_palm(cell: Cell, robot: SimRobot) -> RigidTransform:
-    return cell.palm_pose().inv() * robot.object_pose("object")
+    )
+    return SelectedGrasp(scene, target, plan)

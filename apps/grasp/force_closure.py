@@ -36,9 +36,9 @@ if TYPE_CHECKING:
 
 ALL = "all"
 """Name of the rows over all shapes."""
-LABELS = {"none": "no task", "seen": "task, centre seen", "felt": "task, centre felt"}
+LABELS = {"off": "no task", "seen": "task, centre seen", "felt": "task, centre felt"}
 """Name of each method in table and chart."""
-_COLOURS = {"none": GREY, "seen": GREEN, "felt": BLUE}
+_COLOURS = {"off": GREY, "seen": GREEN, "felt": BLUE}
 
 
 def experiment_force_closure(
@@ -63,7 +63,7 @@ def experiment_force_closure(
     Parameters
     ----------
     trials
-        Number of trials, >= 1; default: 80, or 4 with --quick.
+        Number of trials, >= 1; default: 40, or 4 with --quick.
     seed
         Trial k draws its object and its first grasp from seed + k.
     quick
@@ -136,7 +136,7 @@ def _measure(plan: TrialPlan) -> ExperimentResult:
     return ExperimentResult(rows, table, _picture(trials, results, provenance), points)
 
 
-FORCE_CLOSURE = Experiment("force-closure", _measure, trials=80, quick_trials=4)
+FORCE_CLOSURE = Experiment("force-closure", _measure, trials=40, quick_trials=4)
 
 
 def _row(name: str, method: str, results: Sequence[ClosureResult]) -> dict[str, Any]:
@@ -178,7 +178,7 @@ def _picture(
         found = results[method]
         kept = np.array([result.kept for result in found])
         pairs = (
-            ([1e3 * r.torque for r in results["none"]], [1e3 * r.torque for r in found]),
+            ([1e3 * r.torque for r in results["off"]], [1e3 * r.torque for r in found]),
             ([np.degrees(abs(t.angle)) for _, t in trials], [np.degrees(r.tilt) for r in found]),
         )
         for panel, (before, after) in zip(axes, pairs, strict=True):

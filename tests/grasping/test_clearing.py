@@ -18,7 +18,7 @@ from eyehand.grasping.clearing import HOME_SPEED, ClearOptions, clear_table, mov
 from eyehand.grasping.failed_grasps import FailedGrasps
 from eyehand.grasping.grasp_selection import select_grasp
 from eyehand.grasping.motion import remaining_distance
-from eyehand.grasping.pick import pick
+from eyehand.grasping.pick import pick_object
 from eyehand.grasping.pick_options import PickOptions
 from eyehand.grasping.planning import plan_prototypes
 from eyehand.grasping.tray import Tray
@@ -175,7 +175,7 @@ def test_pick_with_faulty_robot_reports_fault():
     assert choice is not None
     robot.fault_at = 0.0
     cell.reading = robot.read()
-    report = pick(cell, choice)
+    report = pick_object(cell, choice)
     assert report.outcome == "fault"
     assert report.forces.shape == (0, len(HAND.fingers) + 1)
 

@@ -11,7 +11,7 @@ from eyehand.control.tasks import Position
 from eyehand.data_synth.scenes import TabletopObject
 from eyehand.grasping import GraspOptions, plan_prototypes
 from eyehand.grasping.cell import Cell
-from eyehand.grasping.hands import preshape_command
+from eyehand.grasping.hands import GripOptions, preshape_command
 from eyehand.grasping.motion import NEAR_ENOUGH, execute
 from eyehand.grasping.pick_state import PickState, SelectedGrasp
 from eyehand.grasping.tray import Tray
@@ -92,3 +92,22 @@ def test_contact_while_braking_stops_the_arm_at_once(cell):
     result = execute(cell, controller, 2.0, stop=stop)
     assert (result.end, result.reason) == ("stopped", "contact")
     assert cell.reading.time - start < 0.18
+
+
+def test_bounce_between_the_pads_is_no_loss(cell):
+    state = pick_state("precision")
+    assert cell.robot.object_width is not None
+    state.closing = closing = cell.hand.closing("precision", 0.06, GripOptions())
+    robot = cell.robot
+    robot.pulling = True
+    for _ in range(800):
+        cell.step(np.zeros(7), closing.step(cell.reading.hand, cell.robot.period))
+    assert closing.state == "holding"
+    robot.object_width = None
+    for _ in range(10):
+        cell.step(np.zeros(7), closing.step(cell.reading.hand, cell.robot.period))
+    assert not cell.hand.holds(cell.reading.hand)
+    assert not state.lost(cell)
+    for _ in range(60):
+        cell.step(np.zeros(7), closing.step(cell.reading.hand, cell.robot.period))
+    assert state.lost(cell)
