@@ -12,7 +12,7 @@ tensions cannot move the resultant of a symmetric row. The palm can.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -65,7 +65,7 @@ TOLERANCE = 0.001
 PROBE_HEIGHT, PROBE_SECONDS = 0.006, 0.12
 """Height to which the object is raised to feel its centre of mass, m, and time for it, s."""
 MIN_DOWN = 0.9
-"""Minimum cosine between palm and down at which the centre of mass is felt."""
+"""Minimum cosine between palm and down."""
 CONTACT_FORCE = 0.05
 """Force of a finger in contact, N."""
 MIN_MANIPULABILITY = 0.03
@@ -79,18 +79,6 @@ class BalanceError(NamedTuple):
     """Distance of the centre of mass from the opposing axis along the row of fingers, m."""
     turn: float
     """Angle of the touched face to the row of fingers about the palm's direction, rad."""
-
-
-@dataclass(frozen=True)
-class Balance:
-    """What one improvement of a grasp did."""
-
-    before: BalanceError
-    """Residual at the first contact."""
-    after: BalanceError
-    """Residual after the motion."""
-    reason: str
-    """Why the motion ended early; empty otherwise."""
 
 
 def balance_error(reading: RobotReading, hand: HandModel, centre: float | None) -> BalanceError:
@@ -114,7 +102,7 @@ def balance_error(reading: RobotReading, hand: HandModel, centre: float | None) 
         return BalanceError(0.0, 0.0)
     middle = float(forces[touching] @ rows[touching] / forces[touching].sum())
     shift = 0.0 if centre is None else centre - middle
-    if touching.sum() < 2:
+    if touching.sum() < 2 or not hand.joints:
         return BalanceError(shift, 0.0)
     # The fingertips move as those of fingers with two links of equal length.
     link = 0.5 * hand.reach(grip_width(felt, hand))
@@ -127,33 +115,35 @@ def balance_error(reading: RobotReading, hand: HandModel, centre: float | None) 
     return BalanceError(shift, -float(np.arctan(slope)))
 
 
-def balance(cell: Cell, state: PickState) -> Balance | None:
+def balance(cell: Cell, state: PickState) -> None:
     """Slide the lightly closed hand along the resting object, and grip it again.
 
-    `PickOptions.balance` names the source of the centre of mass. Without fingers and thumb, and in
-    a power grasp, nothing happens and the result is None.
+    `PickOptions.balance` names the source of the centre of mass. Nothing happens without fingers
+    and thumb, in a power grasp, or if the palm does not face down.
     """
     closing, hand, source = state.closing, cell.robot.hand, cell.options.balance
     if source == "off" or not (isinstance(closing, Closing) and isinstance(hand, HandModel)):
-        return None
+        return
     if state.prototype == "power" or closing.state != "holding":
-        return None
-    centre = felt_centre(cell, state) if source == "felt" else _seen_centre(cell, state)
+        return
+    # Otherwise the weight turns the object about another axis than that of the fingers.
+    if -cell.palm_pose().rotation.as_matrix()[2, 2] < MIN_DOWN:
+        return
+    centre = _felt_centre(cell, state) if source == "felt" else _seen_centre(cell, state)
     tension = closing.tension
     closing.ease(LIGHT_TENSION, LIGHT_THUMB_TENSION)
     cell.wait(EASE_SECONDS, lambda reading: state.grip_command(cell, reading))
-    found = _slide(cell, state, closing, hand, centre)
+    _slide(cell, state, closing, hand, centre)
     closing.end_ease()
     steps = round(GRIP_SECONDS / cell.robot.period)
     for share in np.linspace(0.0, 1.0, steps):
         closing.pull_with(float(LIGHT_TENSION + share * (tension - LIGHT_TENSION)))
         cell.wait(cell.robot.period, lambda reading: state.grip_command(cell, reading))
-    return found
 
 
 def _slide(
     cell: Cell, state: PickState, closing: Closing, hand: HandModel, centre: float | None
-) -> Balance:
+) -> None:
     """Move the palm until the residual is small or at its limits."""
     start = cell.palm_pose()
 
@@ -169,25 +159,24 @@ def _slide(
             return "a finger pressed too hard"
         return "" if closing.state == "holding" else "the contact was lost"
 
-    before = after = error()
-    shift, turned = float(np.clip(before.shift, -MAX_SHIFT, MAX_SHIFT)), 0.0
+    found = error()
+    shift, turned = float(np.clip(found.shift, -MAX_SHIFT, MAX_SHIFT)), 0.0
     for _ in range(ROUNDS):
-        turn = float(np.clip(turned + after.turn, -MAX_TURN, MAX_TURN))
+        turn = float(np.clip(turned + found.turn, -MAX_TURN, MAX_TURN))
         if abs(turn - turned) < MIN_TURN and abs(shift - moved()) < MIN_SHIFT:
             break
         turned = turn
         result = execute(
             cell,
-            slide_controller(cell, state, start, shift, turned),
+            _slide_controller(cell, state, start, shift, turned),
             MOTION_SECONDS,
             command=lambda reading: state.grip_command(cell, reading),
             stop=stop,
         )
         cell.wait(EASE_SECONDS, lambda reading: state.grip_command(cell, reading))
-        after = error()
+        found = error()
         if result.end == "stopped":
-            return Balance(before, after, result.reason)
-    return Balance(before, after, "")
+            return
 
 
 def _seen_centre(cell: Cell, state: PickState) -> float | None:
@@ -198,20 +187,19 @@ def _seen_centre(cell: Cell, state: PickState) -> float | None:
     return float(cell.palm_pose().inv().apply(solid.centre + state.offset)[1])
 
 
-def felt_centre(cell: Cell, state: PickState) -> float | None:
+def _felt_centre(cell: Cell, state: PickState) -> float | None:
     """Raise the object by millimetres, measure where it pulls, and lower it again.
 
     Returns
     -------
     float or None
-        Coordinate of the centre of mass along the row of fingers, m, in the palm's frame. None
-        without a sense of the load, or if the palm does not face down: the weight then turns the
-        object about another axis.
+        Coordinate of the centre of mass along the row of fingers, m, in the frame of the palm,
+        which faces down. None without a sense of the load.
     """
     start = cell.palm_pose()
     state.follow_load(cell)
     held = state.held
-    if held is None or -start.rotation.as_matrix()[2, 2] < MIN_DOWN:
+    if held is None:
         return None
     _move_up(cell, state, start, PROBE_HEIGHT)
     cell.wait(PROBE_SECONDS, lambda reading: state.grip_command(cell, reading))
@@ -253,7 +241,7 @@ def balance_tasks(start: RigidTransform, shift: float, turn: float) -> tuple[Tas
     )
 
 
-def slide_controller(
+def _slide_controller(
     cell: Cell, state: PickState, start: RigidTransform, shift: float, turn: float
 ) -> ApproachController:
     """Return the controller of :func:`balance_tasks`, with the limits of a motion near objects."""
