@@ -51,6 +51,12 @@ class FrictionPull:
         self.done = False
         """Whether the pull has ended: the object has slid, or the grip is at its minimum."""
 
+    @property
+    def ratio(self) -> float:
+        """Ratio of tangential to normal force now, filtered. While the object sticks, its static
+        friction is at least that."""
+        return self._tangential / self._normal if self._normal > 0.0 else 0.0
+
     def update(self, normal: float, tangential: float, dt: float) -> float:
         """Enter a reading, and return the grip force to command, N.
 

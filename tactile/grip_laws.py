@@ -47,7 +47,7 @@ class LoadGripOptions:
         If a value is negative or not finite.
     """
 
-    reserve: float = 0.15
+    reserve: float = 0.2
     """Force above the least one, N. A force, not a factor, as noise and knocks do not grow with the
     load."""
     lag: float = 0.02
@@ -86,10 +86,17 @@ class LoadGrip:
         Grip force at the start, N.
     options
         Reserve and speed.
+    pause
+        Time at the start in which alarms do not count, s. After a pull the object still slides
+        until the grip has risen.
     """
 
     def __init__(
-        self, friction: float, grip: float, options: LoadGripOptions | None = None
+        self,
+        friction: float,
+        grip: float,
+        options: LoadGripOptions | None = None,
+        pause: float = 0.0,
     ) -> None:
         if not 0 < friction < float("inf"):
             raise InputError(f"friction must be finite and > 0, got {friction}")
@@ -98,7 +105,7 @@ class LoadGrip:
         self._goal = grip
         self._load: float | None = None
         self._rate = 0.0
-        self._pause = 0.0
+        self._pause = pause
 
     def update(self, reading: GripReading, dt: float) -> float:
         """Return the grip force to command, N (see :class:`GripLaw`)."""
