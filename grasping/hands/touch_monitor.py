@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections import deque
+from statistics import median
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -9,6 +12,9 @@ from .hand_messages import AnyReading, JawReading
 
 REPEAT_SECONDS, REPEAT_PERIODS = 0.1, 5
 """Time for which touch must not repeat itself, s and in its periods; the longer one counts."""
+PERIOD_GAPS = 9
+"""Last gaps between two measurements whose median is the period. Up to four late ones or bursts
+among them do not change it."""
 FIRST_PERIOD = 0.2
 """Assumed time between two measurements before the second one, s."""
 MIN_MOTION = 1e-7
@@ -28,7 +34,8 @@ class TouchMonitor:
         self._last: NDArray[np.float64] | None = None
         self._posture: NDArray[np.float64] | None = None
         self._time: float | None = None
-        self._period, self._repeated = FIRST_PERIOD, 0.0
+        self._gaps: deque[float] = deque(maxlen=PERIOD_GAPS)
+        self._repeated = 0.0
 
     def check(self, reading: AnyReading, dt: float) -> str:
         """Return what is wrong with the touch of a reading, or an empty string.
@@ -66,11 +73,13 @@ class TouchMonitor:
     def _check_time(self, time: float, dt: float) -> str:
         """Return what is wrong with the time of a measurement, or an empty string."""
         if self._time is None or time > self._time:
-            self._period = FIRST_PERIOD if self._time is None else time - self._time
+            if self._time is not None:
+                self._gaps.append(time - self._time)
             self._time, self._repeated = time, 0.0
         else:
             self._repeated += dt
-        limit = max(REPEAT_SECONDS, REPEAT_PERIODS * self._period)
+        period = median(self._gaps) if self._gaps else FIRST_PERIOD
+        limit = max(REPEAT_SECONDS, REPEAT_PERIODS * period)
         return f"no measurement of touch for {limit:g} s" if self._repeated > limit else ""
 
 

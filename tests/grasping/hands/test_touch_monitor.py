@@ -61,6 +61,36 @@ def test_time_that_stops_is_a_fault_after_some_periods(rate, limit):
     assert found[first] == f"no measurement of touch for {limit:g} s"
 
 
+def first_fault(arrivals: list[float], seconds: float) -> float:
+    """Return the time of the first fault, s, if measurements arrive at these times; inf if none."""
+    monitor = TouchMonitor()
+    for k in range(int(seconds / DT)):
+        newest = max((time for time in arrivals if time <= k * DT), default=0.0)
+        if monitor.check(replace(reading(moving=False), touch_time=newest), DT):
+            return k * DT
+    return np.inf
+
+
+@pytest.mark.parametrize("late", [[0.08], [0.08, 0.09, 0.07]])
+def test_late_measurements_before_a_stop_do_not_delay_its_fault(late):
+    """The last gaps are eight times the period; five of them would be 0.35 s or more."""
+    arrivals = list(np.cumsum([0.01] * 50 + late))
+    assert first_fault(arrivals, 2.0) == pytest.approx(arrivals[-1] + REPEAT_SECONDS, abs=3 * DT)
+
+
+@pytest.mark.parametrize("burst", [1, 3])
+def test_burst_of_a_slow_sensor_is_no_fault(burst):
+    """A driver that was held up delivers several measurements at once."""
+    arrivals = list(np.cumsum([0.5] * 9 + [0.01] * burst + [0.5] * 3))
+    assert first_fault(arrivals, arrivals[-1] + 0.5) == np.inf
+
+
+def test_slower_rate_becomes_the_period_after_some_measurements():
+    """Four gaps at the new rate are within the old limit of 0.1 s; then the period is the new."""
+    arrivals = list(np.cumsum([0.01] * 20 + [0.06] * 6))
+    assert first_fault(arrivals, 3.0) == pytest.approx(arrivals[-1] + 0.3, abs=3 * DT)
+
+
 @pytest.mark.parametrize("one", [reading(), JawReading(0.05)])
 def test_a_fault_that_the_driver_reports_is_one(one):
     assert faults([replace(one, touch_fault="sensor_stopped")]) == {"sensor_stopped"}
