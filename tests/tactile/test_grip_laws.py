@@ -85,6 +85,25 @@ def test_alarm_raises_the_grip_and_lowers_the_friction():
     assert law.update(GripReading(2.25, 1.0, slipping=True), DT) < 1.02 * after
 
 
+def test_alarms_while_the_object_slides_on_after_a_pull_do_not_count():
+    law, paused = LoadGrip(0.5, 2.25), LoadGrip(0.5, 2.25, pause=0.08)
+    reading = GripReading(2.25, 1.0, slipping=True)
+    law.update(reading, DT)
+    found = [paused.update(reading, DT) for _ in range(round(0.07 / DT))]
+    assert law.friction < paused.friction == 0.5
+    assert max(found) < 2.5
+    # An object that still slides afterwards is gripped harder.
+    assert max(paused.update(reading, DT) for _ in range(round(0.02 / DT))) > 1.2 * found[-1]
+
+
+def test_pull_that_has_not_ended_knows_the_ratio_at_which_the_object_sticks():
+    pull = FrictionPull(5.0)
+    for _ in range(100):
+        pull.update(4.0, 1.0, DT)
+        assert not pull.done or pull.friction is not None
+    assert pull.ratio == pytest.approx(0.25, rel=1e-3)
+
+
 def test_law_of_the_chapter_decays_and_rises_by_a_quarter():
     law, grip = SlipGrip(4.0, decay_time=2.0), 0.0
     for _ in range(475):

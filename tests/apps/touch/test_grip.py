@@ -35,6 +35,14 @@ def test_pull_finds_friction_and_holds_with_little_force(law):
     assert result.force_ratio < 2.0
 
 
+@pytest.mark.parametrize("seed", [8002, 8006])
+def test_object_that_sticks_until_the_end_of_the_pull_is_not_held_as_if_it_were_slippery(seed):
+    """Light objects with much friction; assumed to be slippery, they took ten times the least."""
+    result = run_law("pull + wrist", draw_grip_trial(seed), seed, SENSORS["real"], NEVER)
+    assert not result.lost
+    assert result.force_ratio < 2.5
+
+
 def test_alarms_of_the_detector_raise_the_grip():
     trial = draw_grip_trial(1)
     calm, alarmed = (
