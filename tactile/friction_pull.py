@@ -53,8 +53,7 @@ class FrictionPull:
 
     @property
     def ratio(self) -> float:
-        """Ratio of tangential to normal force now, filtered. While the object sticks, its static
-        friction is at least that."""
+        """Filtered ratio of tangential to normal force: a bound of the static friction in sticking."""
         return self._tangential / self._normal if self._normal > 0.0 else 0.0
 
     def update(self, normal: float, tangential: float, dt: float) -> float:
