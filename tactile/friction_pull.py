@@ -53,7 +53,7 @@ class FrictionPull:
 
     @property
     def ratio(self) -> float:
-        """Filtered ratio of tangential to normal force: a bound of the static friction in sticking."""
+        """Filtered ratio of tangential to normal force; a sticking object has at least it."""
         return self._tangential / self._normal if self._normal > 0.0 else 0.0
 
     def update(self, normal: float, tangential: float, dt: float) -> float:
