@@ -190,13 +190,9 @@ class Closing:
                 self._values[k] = WRAP_HOLD_TENSION * raised**2
 
     def ease(self, tension: float, thumb_tension: float) -> None:
-        """Hold the object lightly with both sides, so that the pads can slide along it.
+        """Hold the object lightly with tensions of each finger and of the thumb, N.
 
-        Parameters
-        ----------
-        tension, thumb_tension
-            Tension of each finger and of the thumb, N. The thumb follows the object meanwhile
-            instead of keeping its place, until :meth:`end_ease`.
+        The thumb follows the object instead of keeping its place, until :meth:`end_ease`.
         """
         self.pull_with(tension)
         self._modes[self._thumb], self._values[self._thumb] = "pull", thumb_tension
