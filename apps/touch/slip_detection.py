@@ -120,17 +120,9 @@ def has_slip(trial: SlipTrial) -> bool:
 
 
 def alarm_level(trials: Sequence[SlipTrial], scores: Sequence[NDArray[np.float64]]) -> float:
-    """Return the score above which `FALSE_SHARE` of further trials without slip raise an alarm.
-
-    Of n such trials, the one of rank k from the top is exceeded by a further trial with the
-    probability k / (n + 1) (split conformal prediction, Vovk et al., 2005). The 99 % quantile of
-    the trials is exceeded more often. With fewer than 99 trials the level is their maximum.
-    """
+    """Return the score above which `FALSE_SHARE` of the trials without slip raise an alarm."""
     calm = [s.max() for trial, s in zip(trials, scores, strict=True) if not has_slip(trial)]
-    if not calm:
-        return 0.0
-    rank = max(int(FALSE_SHARE * (len(calm) + 1)), 1)
-    return float(np.sort(calm)[-rank])
+    return float(np.quantile(calm, 1 - FALSE_SHARE)) if calm else 0.0
 
 
 def judge_alarms(

@@ -62,16 +62,10 @@ def test_rates_count_trials():
     assert (row["latency_ms"], row["slide_mm"]) == pytest.approx((4.0, 0.2))
 
 
-def test_at_most_one_of_a_hundred_further_calm_trials_is_above_the_level():
-    rng = np.random.default_rng(0)
-    trials = [trial(None)] * 250
-    # Of scores that are uniform in 0..1, the share above a level is 1 - level.
-    levels = [alarm_level(trials, list(rng.random((250, 1)))) for _ in range(400)]
-    assert 0.006 < np.mean(1 - np.array(levels)) <= 0.01
-
-
-def test_few_calm_trials_set_the_level_to_their_maximum():
-    assert alarm_level([trial(None)] * 3, [np.array([0.1, float(k)]) for k in range(3)]) == 2.0
+def test_level_leaves_one_of_a_hundred_calm_trials_above_it():
+    trials = [trial(None)] * 101
+    scores = [np.full(len(TIME), float(k)) for k in range(101)]
+    assert alarm_level(trials, scores) == pytest.approx(99.0)
 
 
 def test_rates_without_slips_are_none():
