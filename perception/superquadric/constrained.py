@@ -15,7 +15,7 @@ from .free_space import FreeSpace
 from .kinds import basis
 from .levenberg_marquardt import add_prior, apply_step
 from .options import FitOptions
-from .parameters import N_PARAMETERS, N_STRAIGHT, ShapeState
+from .parameters import N_PARAMETERS, N_STRAIGHT, ShapeParameters
 from .problem import FitProblem, parameter_bounds
 from .ray_kernels import TIME, compute_ray_rows, evaluate_on_rays, write_depths
 from .shape import Kind
@@ -41,12 +41,12 @@ _RIDGE = 1e-6
 
 def refine_in_free_space(
     problem: FitProblem,
-    start: ShapeState,
+    start: ShapeParameters,
     kind: Kind,
     free_space: FreeSpace,
     tolerance: float,
     options: FitOptions,
-) -> ShapeState:
+) -> ShapeParameters:
     """Minimise the cost under the constraint that no ray enters the solid in empty space.
 
     SLSQP of nlopt solves it from the solution of the Levenberg-Marquardt. The constraints are the
@@ -65,7 +65,7 @@ def refine_in_free_space(
 
     Returns
     -------
-    ShapeState
+    ShapeParameters
         The last solution. It may still violate rays if no solid of this kind avoids them.
     """
     problem = problem.thinned(POINTS, 1)
@@ -93,11 +93,11 @@ def refine_in_free_space(
 
 def _solve(
     problem: FitProblem,
-    start: ShapeState,
+    start: ShapeParameters,
     columns: NDArray[np.float64],
     bounds: NDArray[np.float64],
     limits: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]],
-) -> ShapeState:
+) -> ShapeParameters:
     """Minimise the cost with one inequality for each ray of `limits`: rays, depths and origin.
 
     The free numbers are whitened by the Gauss-Newton Hessian at the start, so that one unit of
@@ -110,7 +110,7 @@ def _solve(
         return start
     unwhiten = _unwhitening(hessian, columns)
 
-    def shape_at(y: NDArray[np.float64]) -> tuple[float, NDArray[np.float64], ShapeState]:
+    def shape_at(y: NDArray[np.float64]) -> tuple[float, NDArray[np.float64], ShapeParameters]:
         value, _, slope, shape = whitened_cost(
             y, unwhiten, problem.terms, problem.prior, start, tapered, bounds
         )

@@ -22,7 +22,7 @@ def normal_equations(terms, shape, tapered):
     terms
         :class:`~.parameters.CostTerms`.
     shape
-        :class:`~.parameters.ShapeState`.
+        :class:`~.parameters.ShapeParameters`.
     tapered
         Whether the taper is free. Otherwise its derivatives stay 0, which is faster.
 

@@ -13,7 +13,7 @@ from .kinds import basis
 from .levenberg_marquardt import levenberg_marquardt
 from .model_selection import CandidateModel, criterion
 from .options import FitOptions
-from .parameters import ShapeState
+from .parameters import ShapeParameters
 from .problem import FitProblem, parameter_bounds
 from .result import AMBIGUOUS_MARGIN, SHAPE_TOLERANCE, CandidateSolid, SuperquadricFit
 from .robust import robust_spread
@@ -102,7 +102,7 @@ def candidate_solid(model: CandidateModel, problem: FitProblem) -> CandidateSoli
     return CandidateSolid(solid, robust_spread(residuals), model.criterion)
 
 
-def is_finite(shape: ShapeState) -> bool:
+def is_finite(shape: ShapeParameters) -> bool:
     """Return whether all parameters are finite."""
     return all(np.all(np.isfinite(values)) for values in shape)
 

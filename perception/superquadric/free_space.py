@@ -16,7 +16,7 @@ from scipy.spatial import KDTree
 from eyehand.errors import InputError
 
 from .free_space_kernels import covers_free_space
-from .parameters import ShapeState
+from .parameters import ShapeParameters
 from .shape import Superquadric
 
 OCCLUDER_GAP = 0.01
@@ -189,7 +189,7 @@ def ray_states(
     """
     states = np.zeros(len(free_space.rays), dtype=np.int8)
     for solid in solids:
-        shape = ShapeState(
+        shape = ShapeParameters(
             np.log(solid.semi_axes),
             np.array(solid.exponents),
             np.ascontiguousarray(solid.rotation),

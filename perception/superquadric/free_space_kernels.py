@@ -24,7 +24,7 @@ def covers_free_space(rays, depth, view_origin, shape):
     depth
         (K,) distances up to which the rays are empty. Rays with depth <= 0 are never covered.
     shape
-        :class:`~.parameters.ShapeState` in the frame and unit of the rays.
+        :class:`~.parameters.ShapeParameters` in the frame and unit of the rays.
     """
     states = np.zeros(rays.shape[0], dtype=np.int8)
     near = rays_through_box(rays, view_origin, shape)

@@ -12,7 +12,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from .cost_kernels import normal_equations
-from .parameters import N_STRAIGHT, CostTerms, Prior, ShapeState
+from .parameters import N_STRAIGHT, CostTerms, Prior, ShapeParameters
 from .problem import FitProblem
 
 _STEP_TOLERANCE = 1e-5
@@ -25,12 +25,12 @@ _RIDGE = 1e-9
 
 def levenberg_marquardt(
     problem: FitProblem,
-    start: ShapeState,
+    start: ShapeParameters,
     basis: NDArray[np.float64],
     bounds: NDArray[np.float64],
     iterations: int,
     tolerance: float = 1e-6,
-) -> tuple[ShapeState, float, int]:
+) -> tuple[ShapeParameters, float, int]:
     """Minimise the cost from a start along the columns of a basis (13, k).
 
     Parameters
@@ -62,7 +62,7 @@ def levenberg_marquardt(
         iterations,
         tolerance,
     )
-    return ShapeState(*shape), float(cost), int(steps)
+    return ShapeParameters(*shape), float(cost), int(steps)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -72,7 +72,7 @@ def descend(terms, prior, start, tapered, basis, bounds, iterations, tolerance):
     Terms, prior and shapes are plain tuples of the fields of the named ones.
     """
     terms, prior = CostTerms(*terms), Prior(*prior)
-    shape = ShapeState(*start)
+    shape = ShapeParameters(*start)
     damping = _START_DAMPING
     cost, gradient, hessian = normal_equations(terms, shape, tapered)
     total = cost + add_prior(prior, shape, gradient, hessian)
@@ -214,7 +214,7 @@ def apply_step(shape, step, bounds):
             centre[i] += shape.R[i, m] * step[8 + m]
             for j in range(3):
                 R[i, j] += shape.R[i, m] * turn[m, j]
-    return ShapeState(log_axes, exponents, R, centre, taper)
+    return ShapeParameters(log_axes, exponents, R, centre, taper)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

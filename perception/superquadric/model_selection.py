@@ -15,7 +15,7 @@ from .kinds import basis, fixed_exponents, starting_axes
 from .levenberg_marquardt import levenberg_marquardt
 from .multi_start import Minimum, distinct, search_superquadric, short_descents, two_rounds
 from .options import FitOptions
-from .parameters import ShapeState
+from .parameters import ShapeParameters
 from .problem import EXPONENT_RANGE, FitProblem, parameter_bounds
 from .shape import PARAMETER_COUNT, Kind
 from .starts import axis_permutations, starting_boxes, swapped_axes
@@ -49,7 +49,7 @@ class CandidateModel(NamedTuple):
     """The best fit of one kind of solid."""
 
     kind: Kind
-    shape: ShapeState
+    shape: ShapeParameters
     cost: float
     """Robust cost without the prior."""
     criterion: float
@@ -102,7 +102,7 @@ def criterion(cost: float, kind: Kind, problem: FitProblem, options: FitOptions)
 
 
 def _fit_kinds(
-    boxes: list[ShapeState], problem: FitProblem, has_plane: bool, options: FitOptions
+    boxes: list[ShapeParameters], problem: FitProblem, has_plane: bool, options: FitOptions
 ) -> dict[Kind, list[Minimum]]:
     """Return the best minima of each kind that can win, on a thinned problem."""
     minima: dict[Kind, list[Minimum]] = {}
@@ -149,21 +149,21 @@ def _cannot_win(
     return criterion(0.0, kind, problem, options) > best
 
 
-def _simple_starts(kind: Kind, boxes: list[ShapeState]) -> Iterator[ShapeState]:
+def _simple_starts(kind: Kind, boxes: list[ShapeParameters]) -> Iterator[ShapeParameters]:
     for box in boxes[:1] if kind == "cylinder" else boxes:
         for start in axis_permutations(box) if kind == "cylinder" else [box]:
             yield _as_kind(kind, start)
 
 
-def _as_kind(kind: Kind, shape: ShapeState) -> ShapeState:
+def _as_kind(kind: Kind, shape: ShapeParameters) -> ShapeParameters:
     """Return the most similar solid of a kind with fixed exponents."""
     log_axes = np.log(starting_axes(kind, np.exp(shape.log_axes)))
     return shape._replace(log_axes=log_axes, exponents=np.array(fixed_exponents(kind)))
 
 
 def _tapered_starts(
-    boxes: list[ShapeState], minima: dict[Kind, list[Minimum]], options: FitOptions
-) -> list[ShapeState]:
+    boxes: list[ShapeParameters], minima: dict[Kind, list[Minimum]], options: FitOptions
+) -> list[ShapeParameters]:
     """Return every straight solid, the best general one along each of its axes, and the boxes."""
     shapes = [ends[0].shape for kind, ends in minima.items() if kind != "sphere"]
     if "superquadric" in minima:

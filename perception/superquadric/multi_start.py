@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from .kinds import basis
 from .levenberg_marquardt import levenberg_marquardt
 from .options import FitOptions
-from .parameters import ShapeState
+from .parameters import ShapeParameters
 from .problem import FitProblem
 from .shape import Kind
 from .starts import axis_permutations, rotated_dual, swapped_axes
@@ -33,13 +33,13 @@ _EXTRA_MINIMA = 2
 class Minimum(NamedTuple):
     """The end of a descent."""
 
-    shape: ShapeState
+    shape: ShapeParameters
     cost: float
 
 
 def short_descents(
     kind: Kind,
-    starts: Iterable[ShapeState],
+    starts: Iterable[ShapeParameters],
     problem: FitProblem,
     bounds: NDArray[np.float64],
 ) -> list[Minimum]:
@@ -53,8 +53,8 @@ def short_descents(
 
 
 def search_superquadric(
-    boxes: list[ShapeState],
-    seeds: list[ShapeState],
+    boxes: list[ShapeParameters],
+    seeds: list[ShapeParameters],
     problem: FitProblem,
     bounds: NDArray[np.float64],
     options: FitOptions,
@@ -84,7 +84,7 @@ def search_superquadric(
 
 def two_rounds(
     kind: Kind,
-    starts: Iterable[ShapeState],
+    starts: Iterable[ShapeParameters],
     problem: FitProblem,
     bounds: NDArray[np.float64],
     count: int,

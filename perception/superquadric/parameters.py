@@ -15,7 +15,7 @@ N_STRAIGHT = 11
 """Parameters of a solid without taper."""
 
 
-class ShapeState(NamedTuple):
+class ShapeParameters(NamedTuple):
     """Parameters of one superquadric in the scaled frame of a :class:`~.problem.FitProblem`."""
 
     log_axes: NDArray[np.float64]

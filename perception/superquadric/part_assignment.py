@@ -15,7 +15,7 @@ from .kinds import basis
 from .levenberg_marquardt import levenberg_marquardt
 from .multi_start import START_EXPONENT
 from .options import FitOptions
-from .parameters import ShapeState
+from .parameters import ShapeParameters
 from .part_cloud import PartCloud
 from .part_cuts import propose_cuts
 from .part_kernels import seam_share, vote_parts
@@ -42,7 +42,7 @@ necks; flat slices that fit equally well meet along their whole face."""
 class RoughPart(NamedTuple):
     """A rough solid of a part."""
 
-    shape: ShapeState
+    shape: ShapeParameters
     """In the scaled frame of the cloud."""
     gaps: NDArray[np.float64]
     """(N,) signed distances of the points."""
@@ -62,7 +62,7 @@ class PartAssignment(NamedTuple):
     """Log of it plus the cost of the seam; lower is better."""
 
 
-def rough_part(shape: ShapeState, cloud: PartCloud) -> RoughPart:
+def rough_part(shape: ShapeParameters, cloud: PartCloud) -> RoughPart:
     """Evaluate a solid on a cloud."""
     return RoughPart(shape, distances(cloud.points, shape), cloud.covered(shape))
 
@@ -148,7 +148,7 @@ def coarse_fit(mask: NDArray[np.bool_], cloud: PartCloud, options: FitOptions) -
 
 
 def _refit(
-    shape: ShapeState, mask: NDArray[np.bool_], cloud: PartCloud, options: FitOptions
+    shape: ShapeParameters, mask: NDArray[np.bool_], cloud: PartCloud, options: FitOptions
 ) -> RoughPart:
     """Continue the fit of a solid on the points in a mask (N,)."""
     problem = cloud.part_problem(mask, MEDIUM_POINTS)
@@ -156,8 +156,8 @@ def _refit(
 
 
 def _descend(
-    kind: Kind, start: ShapeState, problem: FitProblem, iterations: int, options: FitOptions
-) -> ShapeState:
+    kind: Kind, start: ShapeParameters, problem: FitProblem, iterations: int, options: FitOptions
+) -> ShapeParameters:
     bounds = parameter_bounds(kind, problem, options)
     start = start._replace(
         log_axes=np.clip(start.log_axes, *bounds[0]), exponents=np.clip(start.exponents, *bounds[1])
@@ -165,7 +165,7 @@ def _descend(
     return levenberg_marquardt(problem, start, basis(kind), bounds, iterations, TOLERANCE)[0]
 
 
-def principal_box(points: NDArray[np.float64]) -> ShapeState:
+def principal_box(points: NDArray[np.float64]) -> ShapeParameters:
     """Return a rounded box around points (K, 3) along their principal axes.
 
     The two most similar extents become x and y.
@@ -183,6 +183,6 @@ def principal_box(points: NDArray[np.float64]) -> ShapeState:
     order = [(last + 1) % 3, (last + 2) % 3, last]
     middle = centre + R @ (0.5 * (low + high))
     R = R[:, order] * np.array([1.0, 1.0, np.linalg.det(R[:, order])])
-    return ShapeState(
+    return ShapeParameters(
         np.log(half[order]), np.full(2, START_EXPONENT), np.ascontiguousarray(R), middle
     )

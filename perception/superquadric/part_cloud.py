@@ -14,7 +14,7 @@ from .effective_samples import MAX_SAMPLES
 from .free_space import OCCLUDER_GAP
 from .free_space_kernels import covers_free_space
 from .options import FitOptions
-from .parameters import ShapeState
+from .parameters import ShapeParameters
 from .part_kernels import hides_places
 from .part_outline import DIRECTIONS, outline_planes
 from .problem import (
@@ -188,7 +188,7 @@ class PartCloud:
             square += float(squares.sum()) / max(self.empty.object_rays, 1)
         return square + (0.5 * self.noise) ** 2
 
-    def covered(self, shape: ShapeState) -> NDArray[np.bool_] | None:
+    def covered(self, shape: ShapeParameters) -> NDArray[np.bool_] | None:
         """Return a mask (M,) of the empty rays that a solid covers."""
         if self.empty is None:
             return None
@@ -196,9 +196,9 @@ class PartCloud:
         origin = self.problem.terms.view_origin
         return covers_free_space(self.empty.rays, limit, origin, shape) > 1
 
-    def scaled(self, solid: Superquadric) -> ShapeState:
+    def scaled(self, solid: Superquadric) -> ShapeParameters:
         """Return the parameters of a solid in the scaled frame."""
-        return ShapeState(
+        return ShapeParameters(
             np.log(solid.semi_axes / self.problem.unit),
             np.array(solid.exponents),
             np.ascontiguousarray(solid.rotation),

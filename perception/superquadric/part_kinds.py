@@ -14,7 +14,7 @@ from .kinds import basis, fixed_exponents, starting_axes
 from .levenberg_marquardt import levenberg_marquardt
 from .model_selection import CandidateModel, criterion
 from .options import FitOptions
-from .parameters import ShapeState
+from .parameters import ShapeParameters
 from .part_cloud import PartCloud
 from .problem import FitProblem, parameter_bounds
 from .shape import Kind
@@ -29,7 +29,7 @@ TOLERANCE = 1e-3
 
 
 def fit_kinds(
-    shape: ShapeState, mask: NDArray[np.bool_], cloud: PartCloud, options: FitOptions
+    shape: ShapeParameters, mask: NDArray[np.bool_], cloud: PartCloud, options: FitOptions
 ) -> list[CandidateModel]:
     """Fit each kind of solid to the points in a mask (N,), best criterion first.
 
@@ -56,7 +56,7 @@ def fit_kinds(
 
 
 def _fit_kind(
-    kind: Kind, shape: ShapeState, problem: FitProblem, options: FitOptions
+    kind: Kind, shape: ShapeParameters, problem: FitProblem, options: FitOptions
 ) -> CandidateModel:
     bounds = parameter_bounds(kind, problem, options)
     exponents = fixed_exponents(kind)

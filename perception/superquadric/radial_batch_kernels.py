@@ -21,7 +21,7 @@ def compute_radial_rows(shape, tapered, work, lanes):
     Parameters
     ----------
     shape
-        :class:`~.parameters.ShapeState`.
+        :class:`~.parameters.ShapeParameters`.
     tapered
         Whether the taper of `shape` is applied.
     work

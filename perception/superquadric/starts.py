@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from ..perpendicular import perpendicular_pair
-from .parameters import ShapeState
+from .parameters import ShapeParameters
 from .problem import FitProblem
 
 _MIN_THICKNESS = 0.1
@@ -16,7 +16,7 @@ _MIN_THICKNESS = 0.1
 _HALF_RIGHT_ANGLES = Rotation.from_rotvec(0.25 * np.pi * np.eye(3)).as_matrix()
 
 
-def starting_boxes(problem: FitProblem, has_plane: bool) -> list[ShapeState]:
+def starting_boxes(problem: FitProblem, has_plane: bool) -> list[ShapeParameters]:
     """Return boxes around the cloud, upright on the support plane or along the principal axes.
 
     On a plane the smallest rectangle around the footprint (rotating calipers) gives two axes, and
@@ -36,7 +36,7 @@ def starting_boxes(problem: FitProblem, has_plane: bool) -> list[ShapeState]:
     return [*boxes, *turned]
 
 
-def axis_permutations(shape: ShapeState) -> list[ShapeState]:
+def axis_permutations(shape: ShapeParameters) -> list[ShapeParameters]:
     """Return the same box with each of its axes as local z once."""
     permutations = []
     for last in (2, 0, 1):
@@ -49,7 +49,7 @@ def axis_permutations(shape: ShapeState) -> list[ShapeState]:
     return permutations
 
 
-def swapped_axes(shape: ShapeState) -> list[ShapeState]:
+def swapped_axes(shape: ShapeParameters) -> list[ShapeParameters]:
     """Return solids that are similar to this one but have another axis as z.
 
     Local z becomes x or y. The exponents change places, or ε2 is used for both.
@@ -64,7 +64,7 @@ def swapped_axes(shape: ShapeState) -> list[ShapeState]:
     return swapped
 
 
-def rotated_dual(shape: ShapeState) -> ShapeState:
+def rotated_dual(shape: ShapeParameters) -> ShapeParameters:
     """Rotate a solid by 45° about z and mirror ε2 at 1, which gives nearly the same surface.
 
     A square is a diamond rotated by 45°: ε2 near 0 and near 2 explain the same cloud.
@@ -96,14 +96,14 @@ def _footprint_frame(
 
 def _box_around(
     points: NDArray[np.float64], frame: NDArray[np.float64], floor: float | None
-) -> ShapeState:
+) -> ShapeParameters:
     local = points @ frame
     low, high = local.min(axis=0), local.max(axis=0)
     if floor is not None and floor < high[2]:
         low[2] = min(low[2], floor)
     half = 0.5 * (high - low)
     half = np.maximum(half, _MIN_THICKNESS * half.max())
-    return ShapeState(np.log(half), np.array([1.0, 1.0]), frame, frame @ (0.5 * (low + high)))
+    return ShapeParameters(np.log(half), np.array([1.0, 1.0]), frame, frame @ (0.5 * (low + high)))
 
 
 def _right_handed(frame: NDArray[np.float64]) -> NDArray[np.float64]:

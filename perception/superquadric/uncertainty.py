@@ -11,7 +11,7 @@ from .cost_kernels import normal_equations
 from .kinds import basis
 from .levenberg_marquardt import add_prior
 from .options import FitOptions
-from .parameters import N_PARAMETERS, N_STRAIGHT, ShapeState
+from .parameters import N_PARAMETERS, N_STRAIGHT, ShapeParameters
 from .problem import FitProblem
 from .shape import Kind, Superquadric
 
@@ -58,7 +58,7 @@ class Uncertainty:
 
 
 def estimate_uncertainty(
-    shape: ShapeState,
+    shape: ShapeParameters,
     kind: Kind,
     solid: Superquadric,
     problem: FitProblem,

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from .free_space import FreeSpace
 from .options import FitOptions
-from .parameters import ShapeState
+from .parameters import ShapeParameters
 from .problem import FitProblem
 from .robust import robust_spread
 
@@ -146,7 +146,7 @@ def check_residuals(residuals: NDArray[np.float64], radius: float, options: FitO
     return ""
 
 
-def check_size(shape: ShapeState, problem: FitProblem, options: FitOptions) -> str:
+def check_size(shape: ShapeParameters, problem: FitProblem, options: FitOptions) -> str:
     """Check that the points determine the size of a solid."""
     low, high = np.log(np.array(options.axis_range) / problem.unit)
     radius = float(np.sqrt(np.sum(problem.points**2, axis=1).max()))

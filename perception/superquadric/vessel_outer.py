@@ -24,7 +24,7 @@ from .model_selection import (
 from .multi_start import SHORT_TOLERANCE, START_ITERATIONS
 from .opening import Opening
 from .options import FitOptions
-from .parameters import N_PARAMETERS, ShapeState
+from .parameters import N_PARAMETERS, ShapeParameters
 from .problem import FitProblem, parameter_bounds
 from .shape import Kind
 
@@ -77,7 +77,7 @@ def _start(
     plane: NDArray[np.float64] | None,
     exponent: float,
     taper: float,
-) -> ShapeState:
+) -> ShapeParameters:
     """Return a solid below the rim, down to the support plane or the lowest point."""
     rim = opening.rim
     centre, axis = (rim.centre - problem.centre) / problem.unit, rim.opening
@@ -88,7 +88,7 @@ def _start(
     semi_axes = np.append(rim.semi_axes / problem.unit / (1.0 + taper), half)
     first = rim.directions[0]
     R = np.column_stack([first, cross(axis, first), axis])
-    return ShapeState(
+    return ShapeParameters(
         np.log(semi_axes),
         np.array([max(exponent, EDGE_EXPONENT), 1.0]),
         np.ascontiguousarray(R),
@@ -99,7 +99,7 @@ def _start(
 
 def _descended(
     kind: Kind,
-    starts: list[ShapeState],
+    starts: list[ShapeParameters],
     coarse: FitProblem,
     problem: FitProblem,
     options: FitOptions,

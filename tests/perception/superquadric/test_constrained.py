@@ -24,7 +24,7 @@ from eyehand.perception.superquadric.levenberg_marquardt import (
     levenberg_marquardt,
 )
 from eyehand.perception.superquadric.outliers import remove_outliers
-from eyehand.perception.superquadric.parameters import N_PARAMETERS, N_STRAIGHT, ShapeState
+from eyehand.perception.superquadric.parameters import N_PARAMETERS, N_STRAIGHT, ShapeParameters
 from eyehand.perception.superquadric.problem import Observation, build_problem, parameter_bounds
 
 OPTIONS = FitOptions()
@@ -35,7 +35,7 @@ seeds = st.integers(0, 2**31 - 1)
 
 def random_rays(rng):
     """Return a tapered solid and rays from 5 above that pass near it, with depths."""
-    shape = ShapeState(
+    shape = ShapeParameters(
         np.log(rng.uniform(0.6, 1.4, 3)),
         rng.uniform(0.4, 1.0, 2),
         Rotation.random(rng=rng).as_matrix(),
@@ -120,7 +120,7 @@ def fit_problem(points):
 
 
 def moved_ball(problem, factor, shift):
-    return ShapeState(
+    return ShapeParameters(
         np.log(np.full(3, factor * 0.05 / problem.unit)),
         np.ones(2),
         np.eye(3),
@@ -176,7 +176,7 @@ def test_last_descent_ends_where_powell_ends(seed):
     points = sample_surface(solid, 1600, rng)
     points = points[np.einsum("ij,ij->i", solid.normals(points), points) < 0][:400]
     problem = fit_problem(points + 0.001 * rng.normal(size=points.shape))
-    guess = ShapeState(
+    guess = ShapeParameters(
         np.log(solid.semi_axes / problem.unit),
         np.array(solid.exponents),
         solid.rotation,

@@ -12,7 +12,7 @@ from eyehand.perception.superquadric.parameters import (
     N_PARAMETERS,
     N_STRAIGHT,
     CostTerms,
-    ShapeState,
+    ShapeParameters,
 )
 from eyehand.perception.superquadric.point_kernels import compute_distance_rows
 from eyehand.perception.superquadric.work_rows import LANES, RESIDUAL, new_workspace
@@ -24,13 +24,13 @@ def random_state(rng, low=0.1, high=1.9, tapered=False):
     axes = np.log(rng.uniform(0.5, 1.5, 3))
     taper = rng.uniform(-0.5, 0.5, 2) if tapered else np.zeros(2)
     R = Rotation.random(rng=rng).as_matrix()
-    return ShapeState(axes, rng.uniform(low, high, 2), R, rng.normal(size=3), taper)
+    return ShapeParameters(axes, rng.uniform(low, high, 2), R, rng.normal(size=3), taper)
 
 
 def step_state(state, step):
     axes, eps, R, c, taper = state
     rotation = Rotation.from_rotvec(step[5:8]).as_matrix()
-    return ShapeState(
+    return ShapeParameters(
         axes + step[:3], eps + step[3:5], R @ rotation, c + R @ step[8:11], taper + step[11:]
     )
 
@@ -123,7 +123,7 @@ def test_gradient_with_rays_and_plane_matches_finite_differences(seed, tapered, 
 
 @pytest.mark.parametrize("e", [0.02, 0.1, 1.0, 1.9, 1.98])
 def test_residuals_are_finite_at_centre_and_far_away(e):
-    state = ShapeState(np.zeros(3), np.array([e, e]), np.eye(3), np.zeros(3), np.full(2, 0.9))
+    state = ShapeParameters(np.zeros(3), np.array([e, e]), np.eye(3), np.zeros(3), np.full(2, 0.9))
     for point in ([0.0, 0.0, 0.0], [1e6, 1e6, 1e6], [1.0, 0.0, 0.0], [1e-12, 1.0, 1e-12]):
         distance, row = point_row(point, state, tapered=True)
         assert np.isfinite(distance)

@@ -11,7 +11,7 @@ from eyehand.perception.superquadric import multi_start, sample_surface
 from eyehand.perception.superquadric.model_selection import COARSE_POINTS, COARSE_RAY_STEP
 from eyehand.perception.superquadric.multi_start import SAME_COST, Minimum, distinct
 from eyehand.perception.superquadric.outliers import remove_outliers
-from eyehand.perception.superquadric.parameters import ShapeState
+from eyehand.perception.superquadric.parameters import ShapeParameters
 from eyehand.perception.superquadric.problem import (
     FitProblem,
     Observation,
@@ -32,15 +32,15 @@ SEEDS = range(60)
 seeds = st.integers(0, 2**31 - 1)
 
 
-def make_solid(guess: ShapeState) -> Superquadric:
+def make_solid(guess: ShapeParameters) -> Superquadric:
     e1, e2 = guess.exponents
     pose = RigidTransform.from_components(guess.centre, Rotation.from_matrix(guess.R))
     return Superquadric(np.exp(guess.log_axes), (float(e1), float(e2)), pose)
 
 
-def random_guess(rng, eps) -> ShapeState:
+def random_guess(rng, eps) -> ShapeParameters:
     R = Rotation.random(rng=rng).as_matrix()
-    return ShapeState(np.log(rng.uniform(0.5, 1.5, 3)), np.array(eps), R, rng.normal(size=3))
+    return ShapeParameters(np.log(rng.uniform(0.5, 1.5, 3)), np.array(eps), R, rng.normal(size=3))
 
 
 def make_problem(seed) -> FitProblem:

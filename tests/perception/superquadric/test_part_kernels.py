@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 
 from eyehand.perception import perpendicular_pair
 from eyehand.perception.superquadric.free_space_kernels import covers_free_space, rays_through_box
-from eyehand.perception.superquadric.parameters import ShapeState
+from eyehand.perception.superquadric.parameters import ShapeParameters
 from eyehand.perception.superquadric.part_kernels import hides_places, seam_share, vote_parts
 
 ORIGIN = np.array([0.2, -0.1, 4.0])
@@ -49,7 +49,7 @@ def test_hidden_places(rng):
 
 @pytest.mark.parametrize("taper", [0.0, 0.6])
 def test_rays_beside_the_box_miss_the_solid(taper, rng):
-    shape = ShapeState(
+    shape = ShapeParameters(
         np.log([0.5, 0.2, 0.9]),
         np.array([0.3, 1.2]),
         Rotation.random(rng=rng).as_matrix(),

@@ -8,7 +8,7 @@ from scipy.optimize import minimize_scalar
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.perception.superquadric import Superquadric
-from eyehand.perception.superquadric.parameters import N_PARAMETERS, N_STRAIGHT, ShapeState
+from eyehand.perception.superquadric.parameters import N_PARAMETERS, N_STRAIGHT, ShapeParameters
 from eyehand.perception.superquadric.plane_kernels import plane_gap
 from eyehand.perception.superquadric.ray_kernels import compute_ray_rows
 from eyehand.perception.superquadric.work_rows import LANES, RESIDUAL_ROW, new_workspace
@@ -19,7 +19,7 @@ seeds = st.integers(0, 2**31 - 1)
 def random_state(rng, low, high, tapered):
     axes = np.log(rng.uniform(0.4, 1.5, 3))
     taper = rng.uniform(-0.5, 0.5, 2) if tapered else np.zeros(2)
-    return ShapeState(
+    return ShapeParameters(
         axes,
         rng.uniform(low, high, 2),
         Rotation.random(rng=rng).as_matrix(),
@@ -37,7 +37,7 @@ def make_solid(state) -> Superquadric:
 def step_state(state, step):
     axes, eps, R, c, taper = state
     rotation = Rotation.from_rotvec(step[5:8]).as_matrix()
-    return ShapeState(
+    return ShapeParameters(
         axes + step[:3], eps + step[3:5], R @ rotation, c + R @ step[8:11], taper + step[11:]
     )
 
@@ -177,14 +177,14 @@ def test_plane_height_derivatives_match_finite_differences(seed, tapered):
     ]
     assert np.allclose(row[:n_free], numeric, atol=2e-5)
     # Raising the solid raises its height by the same amount.
-    raised = ShapeState(axes, eps, R, c + 0.3 * normal, taper)
+    raised = ShapeParameters(axes, eps, R, c + 0.3 * normal, taper)
     assert plane_height(plane, raised, tapered)[0] - plane_height(plane, state, tapered)[
         0
     ] == pytest.approx(0.3)
 
 
 def test_ball_has_ray_depth_of_radius_and_zero_plane_height():
-    ball = ShapeState(
+    ball = ShapeParameters(
         np.log(np.full(3, 0.5)), np.ones(2), np.eye(3), np.array([0.0, 0.0, 0.5]), np.zeros(2)
     )
     origin = np.array([0.0, 0.0, 3.0])

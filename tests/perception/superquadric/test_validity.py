@@ -7,7 +7,7 @@ from scipy.spatial.transform import RigidTransform, Rotation
 from eyehand.perception import FitOptions, Superquadric, fit_superquadric
 from eyehand.perception.superquadric import sample_surface
 from eyehand.perception.superquadric.outliers import remove_outliers
-from eyehand.perception.superquadric.parameters import ShapeState
+from eyehand.perception.superquadric.parameters import ShapeParameters
 from eyehand.perception.superquadric.problem import FitProblem, Observation, build_problem
 from eyehand.perception.superquadric.validity import (
     MAX_EXTENT_RATIO,
@@ -136,7 +136,9 @@ def test_unsupported_sizes_are_rejected():
 
     def reason(*semi_axes):
         axes = np.log(np.array(semi_axes))
-        return check_size(ShapeState(axes, np.ones(2), np.eye(3), np.zeros(3)), problem, OPTIONS)
+        return check_size(
+            ShapeParameters(axes, np.ones(2), np.eye(3), np.zeros(3)), problem, OPTIONS
+        )
 
     assert reason(1.0, 1.0, 1.0) == ""
     assert "grew to over 4 times what was seen" in reason(
@@ -147,7 +149,7 @@ def test_unsupported_sizes_are_rejected():
     large = make_problem(ball(radius=0.5))
     bound = np.log(np.full(3, OPTIONS.axis_range[1] / large.unit))
     reason_of_large = check_size(
-        ShapeState(bound, np.ones(2), np.eye(3), np.zeros(3)), large, OPTIONS
+        ShapeParameters(bound, np.ones(2), np.eye(3), np.zeros(3)), large, OPTIONS
     )
     assert "grew to its bound of 1.0 m" in reason_of_large
     assert high > MAX_EXTENT_RATIO * extent

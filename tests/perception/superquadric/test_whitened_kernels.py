@@ -12,7 +12,7 @@ from eyehand.perception.superquadric.parameters import (
     N_PARAMETERS,
     CostTerms,
     Prior,
-    ShapeState,
+    ShapeParameters,
 )
 from eyehand.perception.superquadric.whitened_kernels import right_jacobian, whitened_cost
 
@@ -34,7 +34,7 @@ def make_terms(rng):
     rays = (targets - origin) / np.linalg.norm(targets - origin, axis=1, keepdims=True)
     plane = np.array([0.0, 0.0, 1.0, 0.8 - c[2]])
     terms = CostTerms(c + local @ R.T, np.full(30, 1 / 30), rays, origin, plane, *WEIGHTS)
-    return terms, ShapeState(axes, eps, R, c, taper)
+    return terms, ShapeParameters(axes, eps, R, c, taper)
 
 
 def make_prior(rng):
