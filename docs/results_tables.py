@@ -13,6 +13,8 @@ A page names the columns of a table before it. Each is a heading and a format of
     <!-- results NAME: scenes={name} | successful picks={success_pct:.1f} % -->
     <!-- end of results -->
 
+`results NAME=LABEL + NAME=LABEL:` joins the rows of several stored reports. Their rows get the
+field `label`, and each report keeps its own command, date and machine below the table.
 `results NAME where FIELD=VALUE or VALUE:` keeps the rows with these values. Values that are
 unknown, or that only other rows have, are shown as -.
 """
@@ -29,7 +31,7 @@ from typing import Any
 
 DOCS = Path(__file__).resolve().parent
 BLOCK = re.compile(
-    r"(<!-- results (\w+)(?: where (\w+)=(.*?))?: (.*?) -->\n).*?(<!-- end of results -->)",
+    r"(<!-- results ([^:]+?)(?: where (\w+)=(.*?))?: (.*?) -->\n).*?(<!-- end of results -->)",
     re.DOTALL,
 )
 UNKNOWN = "-"
@@ -85,20 +87,29 @@ def with_tables(text: str, folder: Path = DOCS / "results") -> str:
     """Return a page with its tables written anew."""
 
     def block(match: re.Match[str]) -> str:
-        content = json.loads((folder / f"{match[2]}.json").read_text(encoding="utf-8"))
+        contents = {
+            label: json.loads((folder / f"{name}.json").read_text(encoding="utf-8"))
+            for name, label in reports_of(match[2])
+        }
         where = {match[3]: match[4]} if match[3] else {}
-        return f"{match[1]}\n{table(content, match[5], where)}\n\n{match[6]}"
+        return f"{match[1]}\n{table(contents, match[5], where)}\n\n{match[6]}"
 
     return BLOCK.sub(block, text)
 
 
-def table(content: dict[str, Any], columns: str, where: Mapping[str, str]) -> str:
-    """Return a table and the line that says how it was measured.
+def reports_of(names: str) -> list[tuple[str, str]]:
+    """Return the stored reports of a marker, each with the label of its rows or an empty one."""
+    pairs = [part.strip().partition("=") for part in names.split(" + ")]
+    return [(name, label) for name, _, label in pairs]
+
+
+def table(contents: Mapping[str, dict[str, Any]], columns: str, where: Mapping[str, str]) -> str:
+    """Return a table and the lines that say how it was measured.
 
     Parameters
     ----------
-    content
-        A file of `store`.
+    contents
+        Files of `store`, by the label of their rows.
     columns
         ``heading={field:format} | …``; the fields are those of the report's rows.
     where
@@ -110,23 +121,35 @@ def table(content: dict[str, Any], columns: str, where: Mapping[str, str]) -> st
         If no row has these values.
     """
     pairs = [column.strip().split("=", 1) for column in columns.split("|")]
-    report = content["report"]
     lines = [[heading for heading, _ in pairs], ["---"] * len(pairs)]
-    fields = dict.fromkeys(field for row in report["rows"] for field in row)
-    rows = [fields | row for row in report["rows"]]
+    stored = [
+        ({"label": label} if label else {}) | row
+        for label, content in contents.items()
+        for row in content["report"]["rows"]
+    ]
+    fields = dict.fromkeys(field for row in stored for field in row)
+    rows = [fields | row for row in stored]
     kept = [
         row
         for row in rows
         if all(row.get(key) in values.split(" or ") for key, values in where.items())
     ]
     if not kept:
-        raise ValueError(f"no row of {content['command']!r} has {dict(where)}")
+        commands = [content["command"] for content in contents.values()]
+        raise ValueError(f"no row of {commands} has {dict(where)}")
     lines += [[_filled(form, row) for _, form in pairs] for row in kept]
     text = "\n".join(f"| {' | '.join(line)} |" for line in lines)
+    origins = [_origin(content, label) for label, content in contents.items()]
+    return f"{text}\n\n" + "\n".join(origins)
+
+
+def _origin(content: Mapping[str, Any], label: str) -> str:
+    report = content["report"]
     hidden = report.get("seed") is None or "--seed" in content["command"]
     seed = "" if hidden else f", seed {report['seed']}"
     machine = report.get("machine", "machine not recorded")
-    return f"{text}\n\n`{content['command']}`{seed}, {content['date']}, {machine}."
+    line = f"`{content['command']}`{seed}, {content['date']}, {machine}."
+    return f"- {label}: {line}" if label else line
 
 
 def _filled(form: str, row: Mapping[str, Any]) -> str:

@@ -18,7 +18,8 @@ def test_pages_hold_the_tables_of_the_stored_reports():
     for page in DOCS.rglob("*.md"):
         text = page.read_text()
         assert TABLES["with_tables"](text) == text, f"run python docs/results_tables.py: {page}"
-        named += [match[2] for match in TABLES["BLOCK"].finditer(text)]
+        for match in TABLES["BLOCK"].finditer(text):
+            named += [name for name, _ in TABLES["reports_of"](match[2])]
     assert sorted(set(named)) == sorted(file.stem for file in (DOCS / "results").glob("*.json"))
 
 
@@ -51,6 +52,17 @@ def test_several_reports_make_one_table_with_labels(tmp_path):
     report = TABLES["joined_report"](files)
     assert [(row["label"], row["rate"]) for row in report["rows"]] == [("first", 1), ("second", 2)]
     assert report["seed"] == 7
+
+
+def test_one_table_joins_stored_reports_and_names_the_command_of_each(tmp_path):
+    for name, rate in (("one", 1.0), ("two", 2.0)):
+        rows = [{"name": "a", "rate": rate}, {"name": "b", "rate": 9.0}]
+        TABLES["store"](name, f"eyehand {name}", {"rows": rows}, tmp_path)
+    page = "<!-- results one=first, 5° + two=second where name=a: data={label} | %={rate:.0f} -->\n"
+    text = TABLES["with_tables"](page + "<!-- end of results -->\n", tmp_path)
+    assert "| data | % |\n| --- | --- |\n| first, 5° | 1 |\n| second | 2 |\n" in text
+    assert "- first, 5°: `eyehand one`," in text
+    assert "- second: `eyehand two`," in text
 
 
 def test_column_without_a_field_is_an_error(tmp_path):
