@@ -37,6 +37,9 @@ MIN_AGREEING = 0.5
 place of a table have different heights, and gaps."""
 MAX_EDGE_RESIDUAL = 0.008
 """Maximum distance of a place's rim from the straight rim of the wall, m."""
+MAX_SLOPE = 0.2
+"""Maximum tangent of the angle between the straight rim of a wall and its side of the rectangle. A
+larger one comes from a few places of a side that the image cuts off."""
 MIN_THICKNESS, MAX_THICKNESS = 0.003, 0.04
 """Bounds of the thickness of a wall, m."""
 FACE_BANDS = 6
@@ -188,7 +191,7 @@ def _measure_side(
     if np.count_nonzero(straight) >= MIN_AGREEING * count:
         slope, shift = np.polyfit(middles[straight], inner[straight], 1)
         straight = agreeing & (np.abs(inner - shift - slope * middles) <= MAX_EDGE_RESIDUAL)
-    if np.count_nonzero(straight) < MIN_AGREEING * count:
+    if abs(slope) > MAX_SLOPE or np.count_nonzero(straight) < MIN_AGREEING * count:
         return unseen
     thickness = float(np.median((outer - inner)[straight]))
     turned = (along + slope * outwards) / np.hypot(1.0, slope)

@@ -23,10 +23,12 @@ from .join_fragments import join_fragments
 from .join_open import fill_mouths, join_open
 from .join_patches import join_patches
 from .local_planes import fit_local_planes
+from .measure_container import FoundContainer
 from .options import SegmentationOptions
 from .parallel_planes import flat_readings
 from .regions import relabel_by_size, relabel_with_reasons
 from .remove_attached import remove_attached
+from .remove_dividers import remove_dividers
 from .remove_steep import remove_steep
 from .remove_walls import remove_walls
 from .result import Segmentation
@@ -93,7 +95,7 @@ def segment(frame: DepthFrame, options: SegmentationOptions | None = None) -> Se
     if window is not None:
         candidates = np.ascontiguousarray(above[window])
         labels[window], ambiguous = _segment_candidates(
-            image.cropped(window), candidates, supports, options, clock
+            image.cropped(window), candidates, (supports, found), options, clock
         )
     if stride > 1:
         labels = upsample_labels(labels, inverse(frame.depth), stride)
@@ -124,11 +126,15 @@ def segment(frame: DepthFrame, options: SegmentationOptions | None = None) -> Se
 def _segment_candidates(
     image: WorkingImage,
     candidates: NDArray[np.bool_],
-    supports: list[Support],
+    background: tuple[list[Support], list[FoundContainer]],
     options: SegmentationOptions,
     clock: _StageClock,
 ) -> tuple[NDArray[np.int32], dict[int, str]]:
-    """Label the objects among the candidate pixels (H, W), and report the ambiguous ones."""
+    """Label the objects among the candidate pixels (H, W), and report the ambiguous ones.
+
+    `background` are the supports and the containers.
+    """
+    supports, containers = background
     min_patch = image.area(MIN_PATCH)
     planes = fit_local_planes(image, options)
     clock.finish("local_planes")
@@ -145,6 +151,7 @@ def _segment_candidates(
     pieces = select_objects(labels, image, supports, min_patch, options.max_extent)
     kept = relabel_by_size(pieces, options.min_object)
     labels = remove_attached(kept, labels, image, planes)
+    labels = remove_dividers(labels, image, containers)
     if labels is not kept:
         pieces[(kept > 0) & (labels == 0)] = 0
     clock.finish("select")

@@ -10,11 +10,12 @@ from numba import njit
 from numpy.typing import NDArray
 
 from .above_support import BOARD, OVERHANG
+from .edge_boards import edge_board
 from .hull_depth import depth_in_hull
 from .label_pixels import count_labels, pixels_by_label, renumber_labels
 from .median import median
 from .regions import LOW_QUANTILE, MAX_REGIONS
-from .select_supports import MIN_GAP
+from .select_supports import MIN_GAP, is_floor
 from .support_extent import Support
 from .walls import is_board, is_side, is_wall
 from .working_image import WorkingImage
@@ -42,6 +43,10 @@ MAX_GAP_BELOW = 0.015
 MAX_BOTTOM = 0.4
 """Maximum height of an object's lowest visible point over its support, m. A higher one hangs on a
 wall or stands on a board that is not visible."""
+MIN_OVER_BOARD = 0.01
+"""Minimum distance inside a board's hull at which a reading is above or below the board, m."""
+MIN_PASSING = 0.1
+"""Minimum share of the readings of a side of furniture above a board, and the same below it."""
 SEAM_HEIGHT = 2.0
 """Maximum height of a seam, in heights of one pixel on the support."""
 MAX_SEAM_INTERIOR = 0.1
@@ -89,7 +94,8 @@ def select_objects(
     image
         Their image. It is larger than the regions except at the border of the whole image.
     supports
-        The foot of an object stands over the hull of one of them. Without any, only sizes count.
+        The foot of an object stands over the hull of one of them, or on a board of which only the
+        edge is visible, but not on the floor around a table. Without any, only sizes count.
     min_size
         Minimum size of a region, px.
     max_extent
@@ -107,26 +113,35 @@ def select_objects(
     order = order[sizes[order] >= min_size]
     order_of_pixels, starts = pixels_by_label(labels, len(sizes) - 1)
     renumber = np.zeros(len(sizes), np.int32)
-    following = 1
+    regions = []
+    for label in order[:MAX_REGIONS]:
+        pixels = order_of_pixels[starts[label] : starts[label + 1]]
+        regions.append(_Region(*sample_region(pixels, image.disparity, image.pinhole)))
     boards: list[NDArray[np.float64]] = []
+    edges = [_find_board(region.points, supports, boards) for region in regions]
+    work = [support for support in supports if not is_floor(support, supports[0])]
+    beneath = [*work, *(edge for edge in edges if edge is not None)]
+    following = 1
     for rank, label in enumerate(order):
         if rank < MAX_REGIONS:
-            pixels = order_of_pixels[starts[label] : starts[label + 1]]
-            region = _Region(*sample_region(pixels, image.disparity, image.pinhole))
+            region, pixels = regions[rank], order_of_pixels[starts[label] : starts[label + 1]]
             if supports and _is_seam(region, pixels, labels, supports[0], image):
                 continue
-            if supports and _lies_on_board(region.points, supports, boards):
+            if supports and _lies_on_board(region.points, supports[0], boards):
                 continue
             if supports and _is_frame(region.points, len(pixels), image):
                 continue
-            if not _is_object(region, supports, max_extent):
+            if not _is_object(region, beneath, image, max_extent):
                 continue
         renumber[label] = following
         following += 1
     return renumber_labels(labels, renumber)
 
 
-def _is_object(region: _Region, supports: list[Support], max_extent: float) -> bool:
+def _is_object(
+    region: _Region, supports: list[Support], image: WorkingImage, max_extent: float
+) -> bool:
+    """Return whether a region of liftable size stands on one of the supports."""
     points, cut_points = region
     if not len(points):
         return False
@@ -139,6 +154,8 @@ def _is_object(region: _Region, supports: list[Support], max_extent: float) -> b
         return True
     if len(cut_points) and np.linalg.norm(np.ptp(cut_points, axis=0)) > MAX_CUT_LENGTH:
         return False
+    if any(_passes_through(points, support) for support in supports):
+        return False
     for support in supports:
         heights = support.plane.height(points)
         bottom, top = _range(heights)
@@ -148,35 +165,67 @@ def _is_object(region: _Region, supports: list[Support], max_extent: float) -> b
         if highest < MIN_TOP_WAVES * support.wave or _holds_board(top, support, supports):
             continue
         foot = points[heights <= bottom + max(FOOT_SHARE * (top - bottom), MIN_FOOT)]
-        foot = foot[:: max(len(foot) // FOOT_SAMPLES, 1)] @ support.axes.T
-        # An object that the image cuts off may stand on a part of the support outside the image.
+        foot = foot[:: max(len(foot) // FOOT_SAMPLES, 1)]
+        depths = depth_in_hull(foot @ support.axes.T, support.hull)
         resting = abs(bottom) < MAX_GAP_BELOW
-        margin = -OVERHANG if len(cut_points) else -RESTING_MARGIN if resting else -HULL_MARGIN
+        margin = -RESTING_MARGIN if resting else -HULL_MARGIN
         if support.foot_margin is not None:
             margin = support.foot_margin
-        inside = np.count_nonzero(depth_in_hull(foot, support.hull) > margin)
-        if inside >= MIN_FOOT_INSIDE * len(foot):
+        inside = depths > margin
+        if len(cut_points) and support.foot_margin is None:
+            # It may stand on a part of the support outside the image.
+            inside |= (depths > -OVERHANG) & _stands_outside(foot, support, image)
+        if np.count_nonzero(inside) >= MIN_FOOT_INSIDE * len(foot):
             return not is_wall(points, support)
     return False
 
 
-def _lies_on_board(
+def _stands_outside(
+    foot: NDArray[np.float64], support: Support, image: WorkingImage
+) -> NDArray[np.bool_]:
+    """Return a mask (N,) of points (N, 3) below which the support is outside the image."""
+    below = foot - support.plane.height(foot)[:, None] * support.plane.normal
+    pixels = image.intrinsics.project(below)
+    last = np.array(image.depth.shape[::-1]) - 1 - BORDER
+    # NaN behind the camera fails the comparisons.
+    return ~np.all((pixels >= BORDER) & (pixels <= last), axis=1)
+
+
+def _passes_through(points: NDArray[np.float64], support: Support) -> bool:
+    """Return whether a region extends above and below a board: a side of the furniture."""
+    heights = support.plane.height(points)
+    over = depth_in_hull(points @ support.axes.T, support.hull) > MIN_OVER_BOARD
+    least = MIN_PASSING * len(points)
+    return bool(
+        np.count_nonzero(over & (heights > BOARD)) >= least
+        and np.count_nonzero(over & (heights < -2 * BOARD)) >= least
+    )
+
+
+def _find_board(
     points: NDArray[np.float64], supports: list[Support], boards: list[NDArray[np.float64]]
+) -> Support | None:
+    """Return the support on a board of which the image shows the front edge, or None.
+
+    The heights (2,) of the board are added to `boards`.
+    """
+    if not len(points) or not any(is_board(points, support) for support in supports):
+        return None
+    boards.append(_range(points @ supports[0].plane.normal))
+    return edge_board(points, supports)
+
+
+def _lies_on_board(
+    points: NDArray[np.float64], support: Support, boards: list[NDArray[np.float64]]
 ) -> bool:
     """Return whether a region is a board, or a piece of one at the same height.
 
-    The heights (2,) of a board are added to `boards`. The noise of a board at a grazing angle
-    leaves pieces of it, which are smaller and follow later.
+    The noise of a board at a grazing angle leaves pieces of it.
     """
-    if not len(points):
+    if not len(points) or not boards:
         return False
-    low, high = _range(points @ supports[0].plane.normal)
-    if any(low > board[0] - BOARD_MARGIN and high < board[1] + BOARD_MARGIN for board in boards):
-        return True
-    if any(is_board(points, support) for support in supports):
-        boards.append(np.array([low, high]))
-        return True
-    return False
+    low, high = _range(points @ support.plane.normal)
+    return any(low > board[0] - BOARD_MARGIN and high < board[1] + BOARD_MARGIN for board in boards)
 
 
 def _is_frame(points: NDArray[np.float64], size: int, image: WorkingImage) -> bool:

@@ -162,3 +162,13 @@ def test_scene_holds_the_container_in_its_own_frame():
 def test_camera_pose_looks_at_the_origin():
     T_world_camera = camera_pose()
     np.testing.assert_allclose(T_world_camera.inv().apply([0.0, 0.0, 0.0])[:2], 0.0, atol=1e-12)
+
+
+@pytest.mark.parametrize(("length", "count"), [(0.3, 0), (0.2, 1)])
+def test_sheet_from_wall_to_wall_is_a_divider(length, count):
+    tub = Tub(height=0.12)
+    sheet = Block((0.0, 0.0, 0.05), (0.006, length, 0.1), tub.yaw)
+    frame, _, _ = tub_frame(tub, [sheet])
+    found = segment(frame)
+    assert len(found.containers) == 1
+    assert found.count == count

@@ -106,6 +106,42 @@ def test_region_at_image_border_is_kept_beyond_hull():
     assert np.array_equal(selected, np.where(labels == 2, 1, 0))
 
 
+def test_cut_region_beside_a_hull_whose_surroundings_are_visible_is_dropped():
+    # It hangs 15 cm above the table, and the image shows the place below it.
+    ball = Ball(-0.46, 0.7, 0.2, 0.05)
+    labels, selected = select([ball], [support((-0.36, 0.3), (0.4, 1.0))])
+    assert (labels[:, 0] == 1).any()
+    assert not selected.any()
+
+
+def test_what_stands_on_the_floor_around_a_table_is_no_object():
+    solids = [Ball(-0.1, 0.7, 0.04, 0.04), Ball(0.3, 0.7, -0.26, 0.04)]
+    table, floor = support((-0.2, 0.1), (0.5, 0.8)), support((-0.6, 0.6), (0.3, 1.1), -0.3)
+    board = support((-0.2, 0.4), (0.5, 0.8), -0.3)
+    frame, labels = solid_frame(solids, (Plate((-0.2, 0.1), (0.5, 0.8)), Plate(z=-0.3)))
+    assert (labels == 2).any()
+    for lower, kept in ((floor, False), (board, True)):
+        selected = select_objects(labels, exact_image(frame), [table, lower], 40, MAX_EXTENT)
+        assert selected[labels == 1].all()
+        assert selected[labels == 2].all() == kept
+
+
+def test_object_on_a_board_whose_edge_alone_is_visible_is_kept():
+    edge, ball = Box(0.0, 0.6, (0.5, 0.02, 0.02), base=0.28), Ball(-0.1, 0.7, 0.34, 0.04)
+    low = support((-0.3, 0.3), (0.2, 0.55))
+    labels, selected = select([edge, ball], [low])
+    assert np.array_equal(selected > 0, labels == 2)
+    assert not select([ball], [low])[1].any()
+
+
+def test_region_through_a_board_is_no_object():
+    side, box = Box(0.0, 0.6, (0.1, 0.1, 0.5)), Box(0.2, 0.6, (0.06, 0.06, 0.15))
+    board = support((-0.3, 0.3), (0.4, 1.0), 0.25)
+    labels, selected = select([side, box], [board, WIDE_SUPPORT])
+    assert np.array_equal(selected > 0, labels == 2)
+    assert select([side], [WIDE_SUPPORT])[1].any()
+
+
 def test_wall_of_a_container_is_no_object():
     floor = support((-0.2, 0.2), (0.5, 0.9))
     wall, ball = Box(0.215, 0.7, (0.02, 0.4, 0.1)), Ball(0.0, 0.7, 0.04, 0.04)

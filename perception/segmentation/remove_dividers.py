@@ -1,0 +1,101 @@
+"""Remove the dividers of containers: upright sheets from one wall to the opposite one."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .label_pixels import count_labels, renumber_labels
+from .measure_container import FoundContainer
+from .working_image import WorkingImage
+
+MAX_END_GAP = 0.015
+"""Maximum distance of each end of a divider from a wall, m: the error of the walls and the noise of
+edges. Longer gaps are beside objects."""
+MAX_WIDTH = 0.03
+"""Maximum extent of a divider across, m, of its highest readings: two walls of neighbouring
+containers with their lips are wider than one sheet."""
+MAX_OVER_RIM = 0.01
+"""Maximum height of a divider above the rim of its container, m."""
+MIN_LEVEL = 0.8
+"""Minimum share of the places along a divider whose tops have one height."""
+LEVEL = 0.008
+"""Maximum distance of a place's top from that height, m."""
+PLACES = 16
+"""Number of places along a divider."""
+MIN_SHARE = 0.3
+"""Minimum height of a divider, as a share of the rim's height."""
+SAMPLES = 1200
+"""Readings of a region that are measured."""
+
+
+def remove_dividers(
+    labels: NDArray[np.int32], image: WorkingImage, found: list[FoundContainer]
+) -> NDArray[np.int32]:
+    """Drop the regions that are dividers, and number the others in their order.
+
+    A divider is straight, parallel to two walls of its container, and ends at the other two. Its
+    upper edge has one height. The walls between two containers side by side look the same.
+
+    Parameters
+    ----------
+    labels
+        Regions 1..n (H, W).
+    image
+        Their image.
+    found
+        The containers.
+    """
+    count = int(labels.max(initial=0))
+    if not count or not found:
+        return labels
+    sizes = count_labels(labels, count)
+    stays = np.ones(count + 1, np.bool_)
+    stays[0] = False
+    for label in range(1, count + 1):
+        rows, columns = np.nonzero((labels == label) & (image.disparity > 0))
+        step = max(int(sizes[label]) // SAMPLES, 1)
+        points = image.points(rows[::step], columns[::step])
+        stays[label] = not any(_divides(points, one) for one in found)
+    if stays[1:].all():
+        return labels
+    return renumber_labels(labels, np.where(stays, np.cumsum(stays), 0).astype(np.int32))
+
+
+def _divides(points: NDArray[np.float64], found: FoundContainer) -> bool:
+    """Return whether readings (N, 3) are a divider of a container with four walls."""
+    sides, rim = found.sides, found.container.rim
+    if len(sides) != 4 or len(points) < PLACES:
+        return False
+    heights = found.container.floor.height(points)
+    if np.quantile(heights, 0.98) > rim + MAX_OVER_RIM:
+        return False
+    plan = points @ found.support.axes.T
+    # Distances inside the inner edges of the rim, for each pair of opposite walls.
+    gaps = sides[:, 2] - plan @ sides[:, :2].T + sides[:, 4] * (heights[:, None] - rim)
+    for axis in (0, 1):
+        ends = np.sort(gaps[:, [axis, axis + 2]], axis=0)[round(0.02 * (len(plan) - 1))]
+        if (np.abs(ends) <= MAX_END_GAP).all() and _is_sheet(
+            gaps[:, axis], gaps[:, 1 - axis], heights, MIN_SHARE * rim
+        ):
+            return True
+    return False
+
+
+def _is_sheet(
+    along: NDArray[np.float64],
+    across: NDArray[np.float64],
+    heights: NDArray[np.float64],
+    lowest: float,
+) -> bool:
+    """Return whether the tops of the places along a region lie on one level line."""
+    low, high = along.min(), along.max()
+    place = np.minimum(((along - low) / max(high - low, 1e-9) * PLACES).astype(np.intp), PLACES - 1)
+    order = np.lexsort((heights, place))
+    last = order[np.flatnonzero(np.diff(np.append(place[order], PLACES)))]
+    if len(last) < MIN_LEVEL * PLACES:
+        return False
+    top = float(np.median(heights[last]))
+    level = np.abs(heights[last] - top) <= LEVEL
+    width = np.ptp(np.quantile(across[heights > top - LEVEL], [0.1, 0.9]))
+    return bool(top >= lowest and level.sum() >= MIN_LEVEL * PLACES and width <= MAX_WIDTH)
