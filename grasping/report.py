@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 Phase = Literal[
     "observe",
     "select",
+    "view",
     "pre-grasp",
     "approach",
     "contact",

@@ -30,6 +30,7 @@ from .robot_names import (
     robot_file,
 )
 from .sim_robot import SimRobot
+from .sim_wrist_camera import SimWristCamera
 from .simulated_glove import SimulatedGlove
 from .spec_assembly import match_options
 from .synergy_drives import SynergyDrives
@@ -57,6 +58,7 @@ __all__ = [
     "GraspWorld",
     "HandDescription",
     "SimRobot",
+    "SimWristCamera",
     "SimulatedGlove",
     "SynergyDrives",
     "camera_pose",

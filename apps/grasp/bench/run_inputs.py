@@ -100,7 +100,11 @@ def checked_dials(perception: str, control: str) -> tuple[str, str]:
 
 
 def trial_extras(
-    purpose: str, objects: Path | None, robot: RobotChoice | None = None
+    purpose: str,
+    objects: Path | None,
+    robot: RobotChoice | None = None,
+    *,
+    wrist_camera: bool = False,
 ) -> dict[str, Any]:
     """Check the files of a trial and return its fields for them, with absolute paths.
 
@@ -116,6 +120,7 @@ def trial_extras(
     return {
         "purpose": purpose,
         "objects_dir": str(objects.resolve()) if objects else "",
+        "wrist_camera": wrist_camera,
         **(robot or RobotChoice()).trial_fields(),
     }
 

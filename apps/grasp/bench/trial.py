@@ -10,7 +10,14 @@ from pathlib import Path
 import numpy as np
 
 from eyehand.data_synth import DepthNoise
-from eyehand.data_synth.cell import INCLUDED_ARM, GraspRobot, GraspWorld, SimRobot, make_robot
+from eyehand.data_synth.cell import (
+    INCLUDED_ARM,
+    GraspRobot,
+    GraspWorld,
+    SimRobot,
+    SimWristCamera,
+    make_robot,
+)
 from eyehand.data_synth.scenes import MeshObject, Split, TabletopObject
 from eyehand.grasping import (
     Cell,
@@ -24,6 +31,7 @@ from eyehand.grasping import (
     PickReport,
     SelectedGrasp,
     Tray,
+    WristCamera,
     clear_table,
 )
 from eyehand.perception import DepthFrame, PerceiveOptions, Scene, perceive
@@ -42,7 +50,7 @@ SETTLE_SECONDS = 0.3
 """Waiting time before the first capture, s. Dropped objects come to rest."""
 FALL_SECONDS = 2.5
 """Waiting time for objects that start in the air, s."""
-BEFORE_GRASP = ("observe", "select", "pre-grasp", "approach", "contact")
+BEFORE_GRASP = ("observe", "select", "view", "pre-grasp", "approach", "contact")
 """Phases in which the robot must touch nothing but the target object."""
 
 
@@ -87,6 +95,8 @@ class GraspTrial:
     mount: str = ""
     """Pose of the hand in the arm's flange: "x y z roll pitch yaw", m and rad. Empty for the
     default."""
+    wrist_camera: bool = False
+    """Whether a camera on the wrist observes doubtful objects once more."""
 
 
 @dataclass(frozen=True)
@@ -159,6 +169,9 @@ def trial_cell(
     options = replace(control_dial(trial.control), shake_seconds=trial.shake)
     perception = None if trial.known else perception_dial(trial.perception)
     cell, robot = build_cell(world, trial.seed, options, perception)
+    if trial.wrist_camera:
+        camera = SimWristCamera(robot, trial.seed)
+        cell.wrist_camera = WristCamera(camera, camera.T_palm_camera)
     cell.wait(FALL_SECONDS if trial.objects_dir else SETTLE_SECONDS)
     cell.on_cycle = on_cycle
     return cell, robot
@@ -236,6 +249,7 @@ class Scorer:
         self._target = ""
         self._began = 0.0
         self._touched: set[str] = set()
+        self._viewed: set[str] = set()
         self._grasping = False
         self._moved = Displacement(robot, "")
         self._load_step, self._friction = load_step, friction
@@ -249,7 +263,9 @@ class Scorer:
             self._target = self._nearest(geometry.centre if geometry else points.mean(axis=0))
             self._began = time.perf_counter()
             self._robot.take_contacts()
-            self._touched, self._grasping = set(), False
+            # A second view belongs to the pick that follows it.
+            self._touched, self._viewed = self._viewed, set()
+            self._grasping = False
             self._moved = Displacement(self._robot, self._target)
             self._held = HeldLoad(self._robot, self._target, self._load_step, self._friction)
             return
@@ -322,6 +338,8 @@ class Scorer:
 
     def _note_cycle(self, cycle: CycleInfo) -> None:
         self._held.update(cycle)
+        if cycle.phase == "view":
+            self._viewed |= self._robot.take_contacts()
         if not self._grasping or self._moved.active:
             touched = self._robot.take_contacts()
             self._moved.update(cycle.phase, touched)
