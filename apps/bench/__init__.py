@@ -14,7 +14,6 @@
 Other packages import from here and from these submodules:
 
 - :mod:`.chart_style`: colours, sizes and axes of all charts.
-- :mod:`.chart_labels`: names of points that cover nothing.
 - :mod:`.pareto` and :mod:`.pareto_chart`: the Pareto front and its chart.
 - :mod:`.shares`: shares of trials, their confidence intervals, and bars of stress charts.
 - :mod:`.sweep`: sweeps one by one, without the command.

@@ -55,7 +55,11 @@ HEADER, PANEL_NAME, FOOT = 0.86, 0.26, 1.06
 LEFT, BETWEEN, BELOW = 0.92, 0.86, 0.62
 """Room for an axis' labels at the left, between panels, and between rows of them, inches."""
 
-Corner = Literal["upper left", "upper right", "lower left", "lower right"]
+Corner = Literal["upper left", "upper right", "lower left", "lower right", "best"]
+"""Place of a legend; "best" covers the fewest points."""
+
+MARKERS = ("o", "s", "D", "^", "v", "p", "h", "<", ">")
+"""Marks that distinguish methods, in order."""
 
 TIME_STEPS_MS = (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1e3, 2e3, 5e3, 1e4, 2e4, 6e4)
 """Labels of a time axis."""
@@ -219,7 +223,7 @@ def draw_curve(
 
 
 def add_legend(axes: Axes, *, where: Corner = "lower left") -> None:
-    """Add a legend of all named curves in a corner of the axes."""
+    """Add a legend of all named curves and points of the axes."""
     axes.legend(
         loc=where,
         fontsize=TEXT - 0.5,

@@ -5,16 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from .chart_labels import PointLabel, label_points
 from .chart_style import (
     BLUE,
-    FAINT,
     GREY,
     LINE,
+    MARKERS,
     SKY,
     VERMILION,
     Provenance,
     add_footer,
+    add_legend,
     label_axes,
     new_chart,
     set_percent_axis,
@@ -39,7 +39,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-BASELINE_MARKERS = ("o", "s", "D", "^", "v", "p", "h", "<", ">")
 FEW_POINTS = 4
 """With at most this many settings all are named, also those behind the front."""
 MIN_SHOWN_PCT = 40.0
@@ -103,7 +102,7 @@ class ParetoChart:
             f"{self.accuracy} (logarithmic in error)",
         )
         steps = _steps(front, view.times_ms[1])
-        for curve, mark in zip(shown, BASELINE_MARKERS * len(shown), strict=False):
+        for curve, mark in zip(shown, MARKERS * len(shown), strict=False):
             _draw_baseline(axes, curve, mark)
         _draw_own(axes, own, front, steps)
         draw_numbers(axes, named, front, star, view)
@@ -116,9 +115,10 @@ class ParetoChart:
             markersize=17,
             markeredgecolor="white",
             markeredgewidth=1.2,
+            label=f"default: {star.written_pct:.1f} % in {short_time(star)}",
             zorder=5,
         )
-        _name(axes, own, star, shown, steps)
+        add_legend(axes, where="best")
         add_footer(figure, self.made)
         return figure
 
@@ -193,6 +193,7 @@ def _draw_baseline(axes: Axes, curve: BaselineCurve, mark: str) -> None:
         [point.time_ms for point in curve.points],
         [point.accuracy_pct for point in curve.points],
         marker=mark,
+        label=curve.name,
         color=GREY,
         linewidth=1.1,
         markersize=5.0,
@@ -200,34 +201,3 @@ def _draw_baseline(axes: Axes, curve: BaselineCurve, mark: str) -> None:
         markeredgewidth=0.7,
         zorder=2,
     )
-
-
-def _name(
-    axes: Axes,
-    own: Sequence[ChartPoint],
-    default: ChartPoint,
-    baselines: Sequence[BaselineCurve],
-    steps: list[tuple[float, float]],
-) -> None:
-    """Label the default, and each baseline at its best point."""
-    names = [
-        PointLabel(
-            default.time_ms,
-            default.accuracy_pct,
-            f"default: {default.written_pct:.1f} % in {short_time(default)}",
-            colour=VERMILION,
-            bold=True,
-        )
-    ]
-    for curve in baselines:
-        if curve.points:
-            best = max(curve.points, key=lambda point: point.accuracy_pct)
-            names.append(
-                PointLabel(best.time_ms, best.accuracy_pct, curve.name, "right", colour=FAINT)
-            )
-    lines = [
-        steps,
-        *([(p.time_ms, p.accuracy_pct)] for p in own),
-        *([(p.time_ms, p.accuracy_pct) for p in curve.points] for curve in baselines),
-    ]
-    label_points(axes, names, lines)

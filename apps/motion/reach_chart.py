@@ -5,14 +5,17 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..bench import Provenance, add_footer, new_chart
-from ..bench.chart_labels import PointLabel, label_points
 from ..bench.chart_style import (
     BLUE,
-    FAINT,
+    FOOT,
     GREY,
     INK,
     LINE,
+    MARGIN,
+    MARKERS,
+    TEXT,
     VERMILION,
+    WIDTH,
     label_axes,
     set_percent_axis,
 )
@@ -24,11 +27,12 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-TIME_MARGIN = 1.9
-"""Factor of free space beside the fastest and the slowest method, for names."""
-FREE_BELOW, FREE_ABOVE = 12.0, 15.0
-"""Free space below the lowest interval and above the highest, for names of two lines, percentage
-points."""
+TIME_MARGIN = 1.4
+"""Factor of free space beside the fastest and the slowest method."""
+FREE = 6.0
+"""Free space below the lowest interval and above the highest, percentage points."""
+HEIGHT, KEY_LINE = 8.4, 0.24
+"""Height of the figure without its key, and of a line of the key, inches."""
 STEPS = (1, 2, 3, 5, 7, 10, 15, 20, 30, 50, 70, 100, 200, 300, 500, 700, 1000, 2000, 5000)
 WIDE_STEPS = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000)
 """Times with a label on an axis, s or µs, and those on a wide axis."""
@@ -57,38 +61,39 @@ def reach_chart(rows: Sequence[Mapping[str, Any]], made: Provenance) -> Figure:
     made
         Data and seed, for the footer.
     """
+    below = KEY_LINE * (len(rows) + 1)
     figure, panels = new_chart(
         "Reaching: time to the goal and time per cycle against success",
         "success with 95 % interval; ○ touches obstacles in some scenes, ● in none; grey: baseline",
         rows=2,
-        height=9.0,
+        height=HEIGHT + below,
+        below=below,
     )
-    low = min(row["success_low_pct"] for row in rows) - FREE_BELOW
-    high = max(row["success_high_pct"] for row in rows) + FREE_ABOVE
+    low = max(min(row["success_low_pct"] for row in rows) - FREE, 0.0)
     for axes, scale in zip(panels, (TO_GOAL, PER_CYCLE), strict=True):
         times = [row[scale.column] for row in rows]
         _time_axis(axes, scale, min(times) / TIME_MARGIN, max(times) * TIME_MARGIN)
-        set_percent_axis(axes, max(low, 0.0), high)
-        axes.set_yticks([tick for tick in range(0, 101, 10) if max(low, 0.0) <= tick <= high])
+        set_percent_axis(axes, low, 100.0 + FREE)
+        axes.set_yticks([tick for tick in range(0, 101, 10) if tick >= low])
         label_axes(axes, scale.label, "goal reached without contact")
-        names, lines = [], []
-        for row in rows:
-            names.append(_draw(axes, row, scale))
-            x = row[scale.column]
-            lines.append([(x, row["success_low_pct"]), (x, row["success_high_pct"])])
-            lines.append([(x, row["success_pct"])])
-        # The label of the default method is placed first.
-        names.sort(key=lambda name: not name.bold)
-        label_points(axes, names, lines)
+        for row, mark in zip(rows, MARKERS * len(rows), strict=False):
+            _draw(axes, row, row[scale.column], "*" if row["name"] == DEFAULT else mark)
+    figure.legend(
+        *panels[0].get_legend_handles_labels(),
+        loc="lower left",
+        bbox_to_anchor=(MARGIN / WIDTH, (FOOT - below / len(rows)) / (HEIGHT + below)),
+        fontsize=TEXT,
+        labelcolor=INK,
+        frameon=False,
+        borderpad=0.0,
+    )
     add_footer(figure, made)
     return figure
 
 
-def _draw(axes: Axes, row: Mapping[str, Any], scale: _TimeScale) -> PointLabel:
-    name, x, y = row["name"], row[scale.column], row["success_pct"]
-    default, baseline = name == DEFAULT, name in BASELINES
-    colour = VERMILION if default else GREY if baseline else BLUE
-    text_colour = VERMILION if default else FAINT if baseline else INK
+def _draw(axes: Axes, row: Mapping[str, Any], x: float, mark: str) -> None:
+    name, default = row["name"], row["name"] == DEFAULT
+    colour = VERMILION if default else GREY if name in BASELINES else BLUE
     axes.plot(
         [x, x],
         [row["success_low_pct"], row["success_high_pct"]],
@@ -100,25 +105,24 @@ def _draw(axes: Axes, row: Mapping[str, Any], scale: _TimeScale) -> PointLabel:
     )
     axes.plot(
         x,
-        y,
-        "*" if default else "o",
+        row["success_pct"],
+        mark,
         color=colour,
         markersize=17 if default else 8,
         markerfacecolor="white" if row["contacts"] else colour,
         markeredgecolor=colour if row["contacts"] else "white",
         markeredgewidth=1.6 if row["contacts"] else 1.2,
+        label=_label(row),
         zorder=5 if default else 4,
     )
-    return PointLabel(x, y, _label(row, scale), "right", colour=text_colour, bold=default)
 
 
-def _label(row: Mapping[str, Any], scale: _TimeScale) -> str:
-    count = row["contacts"]
-    label = f"{row['name']}: {row['success_pct']:.1f} %" + (f", {count} touched" if count else "")
-    if scale is TO_GOAL:
-        return f"{label}\n90 % in {row['time_p90_s']:.1f} s"
+def _label(row: Mapping[str, Any]) -> str:
+    label = f"{row['name']}: {row['success_pct']:.1f} %, 90 % in {row['time_p90_s']:.1f} s"
+    if row["contacts"]:
+        label += f", {row['contacts']} touched"
     if "plan_p50_ms" in row:
-        label += f"\nplanning {row['plan_p50_ms']:.0f} ms, 90 % in {row['plan_p90_ms']:.0f} ms"
+        label += f", planning {row['plan_p50_ms']:.0f} ms, 90 % in {row['plan_p90_ms']:.0f} ms"
     return label
 
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Literal
 
 from ..bench import Provenance, add_footer, new_chart
-from ..bench.chart_labels import PointLabel, label_points
 from ..bench.chart_style import (
     BLUE,
     COLOURS,
     GREEN,
     INK,
     LINE,
+    MARKERS,
     ORANGE,
     VERMILION,
     add_legend,
@@ -59,7 +59,6 @@ def _directions(axes: Axes, rows: Sequence[Mapping[str, Any]]) -> None:
         axes, "time without region search [µs]", "error of a line's direction [°]", panel="Line"
     )
     hough = list(dict.fromkeys(row["method"] for row in rows if row["angles"]))
-    names, lines = [], []
     for number, method in enumerate(hough):
         own = [row for row in rows if row["method"] == method]
         colour = (ORANGE, GREEN, BLUE)[number % 3]
@@ -68,10 +67,8 @@ def _directions(axes: Axes, rows: Sequence[Mapping[str, Any]]) -> None:
         draw_curve(axes, x, y, words, COLOURS.index(colour))
         for row in own:
             _draw_error_bar(axes, row["time_p50_us"], row, "deg", colour)
-        lines.append(list(zip(x, y, strict=True)))
-    for row in rows:
-        if row["angles"]:
-            continue
+    single = [row for row in rows if not row["angles"]]
+    for row, mark in zip(single, MARKERS * len(single), strict=False):
         default = row["method"] == "moments"
         x, y = row["time_p50_us"], row["error_p50_deg"]
         colour = VERMILION if default else INK
@@ -79,18 +76,16 @@ def _directions(axes: Axes, rows: Sequence[Mapping[str, Any]]) -> None:
         axes.plot(
             x,
             y,
-            "*" if default else "o",
+            "*" if default else mark,
             color=colour,
             markersize=17 if default else 6.5,
             markeredgecolor="white",
             markeredgewidth=1.0,
+            label=f"{row['method']}: {y:.2g}°, {x:.2g} µs",
+            linestyle="none",
             zorder=5,
         )
-        words = f"{row['method']}\n{y:.2g}°, {x:.2g} µs"
-        names.append(PointLabel(x, y, words, "right", colour=colour, bold=default))
-        lines.append([(x, y), (x, row["error_p95_deg"])])
-    label_points(axes, names, lines)
-    add_legend(axes, where="lower right")
+    add_legend(axes, where="best")
 
 
 def _centres(axes: Axes, rows: Sequence[Mapping[str, Any]]) -> None:

@@ -4,13 +4,10 @@ from collections.abc import Sequence
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from matplotlib.figure import Figure
 from matplotlib.text import Annotation
 
-from eyehand.apps.bench.chart_labels import PointLabel, label_points
-from eyehand.apps.bench.chart_style import Provenance, new_chart, set_percent_axis, set_time_axis
+from eyehand.apps.bench.chart_style import Provenance
 from eyehand.apps.bench.pareto import pareto_front
 from eyehand.apps.bench.pareto_chart import BaselineCurve, ChartPoint, ParetoChart
 
@@ -35,60 +32,10 @@ def points(count: int, seed: int) -> list[ChartPoint]:
     ]
 
 
-@settings(max_examples=6)
-@given(st.integers(1, 8), st.integers(0, 10**6))
-def test_names_do_not_overlap_or_leave_axes(count, seed):
-    _, (axes,) = new_chart("Title", "subtitle")
-    set_time_axis(axes, 1, 1000)
-    set_percent_axis(axes, 50, 99, stretched=True)
-    rng = np.random.default_rng(seed)
-    names = [
-        PointLabel(float(np.exp(rng.uniform(1, 6))), float(rng.uniform(60, 98)), f"method {k}")
-        for k in range(count)
-    ]
-    boxes = label_points(axes, names, [[(name.x, name.y)] for name in names])
-    left, bottom, right, top = axes.bbox.extents
-    for index, box in enumerate(boxes):
-        assert left <= box[0] < box[2] <= right
-        assert bottom <= box[1] < box[3] <= top
-        for other in boxes[:index]:
-            apart = (
-                box[2] <= other[0] or other[2] <= box[0] or box[3] <= other[1] or other[3] <= box[1]
-            )
-            assert apart
-
-
-def test_name_is_drawn_in_returned_box():
-    _, (axes,) = new_chart("Title", "subtitle")
-    set_time_axis(axes, 1, 1000)
-    set_percent_axis(axes, 0, 100)
-    (box,) = label_points(axes, [PointLabel(30.0, 50.0, "a name", "right")], [])
-    (text,) = axes.texts
-    drawn = text.get_window_extent()
-    assert [drawn.x0, drawn.y0, drawn.x1, drawn.y1] == pytest.approx(box, abs=2.5)
-
-
-@pytest.mark.parametrize("top", [106, 115])
-def test_leader_line_crosses_no_name_and_no_point_if_possible(top):
-    figure, (axes,) = new_chart("Title", "subtitle")
-    set_time_axis(axes, 8, 292)
-    set_percent_axis(axes, 15, top)
-    default, near = (19.1, 96.5), (18.8, 99.5)
-    names = [
-        PointLabel(*default, "default: 96.5 %, never touched", "right", bold=True),
-        PointLabel(*near, "default + planner: 99.5 %, never touched\nplanning 15 ms", "right"),
-    ]
-    spans = [[(19.1, 93.0), (19.1, 98.3)], [(18.8, 97.2), (18.8, 99.9)]]
-    first, _ = label_points(axes, names, [[default], [near], *spans])
-    figure.canvas.draw()
-    line = next(text for text in axes.texts if isinstance(text, Annotation) and "+" in str(text))
-    assert line.arrow_patch is not None
-    path = line.arrow_patch.get_path()
-    along = line.arrow_patch.get_transform().transform(path.interpolated(50).vertices)
-    inside = (along > first[:2]).all(axis=1) & (along < first[2:]).all(axis=1)
-    assert not inside.any()
-    if top > 110:
-        assert np.linalg.norm(along - axes.transData.transform(default), axis=1).min() > 10
+def legend_names(figure: Figure) -> list[str]:
+    legend = figure.axes[0].get_legend()
+    assert legend is not None
+    return [text.get_text() for text in legend.get_texts()]
 
 
 def test_names_default_front_and_baselines():
@@ -98,11 +45,10 @@ def test_names_default_front_and_baselines():
         BaselineCurve("poor", (own[0],)),
     ]
     figure = draw(own, 12, baselines)
-    axes = figure.axes[0]
-    on_axes = [text.get_text() for text in axes.texts]
+    on_axes = [text.get_text() for text in figure.axes[0].texts]
     best = own[12]
-    assert f"default: {best.accuracy_pct:.1f} % in {best.time_ms:.0f} ms" in on_axes
-    assert {"a baseline", "poor"} <= set(on_axes)
+    default = f"default: {best.accuracy_pct:.1f} % in {best.time_ms:.0f} ms"
+    assert set(legend_names(figure)) == {default, "a baseline", "poor"}
     key = [text.get_text() for text in figure.texts]
     numbers = [text for text in key if text.isdigit()]
     assert numbers == [str(k) for k in range(1, len(numbers) + 1)]
@@ -137,8 +83,7 @@ def test_draws_points_at_0_and_100_percent():
 
 def test_label_states_true_accuracy():
     figure = draw([ChartPoint("default", 5.0, 100.0)], 0)
-    labels = [text.get_text() for text in figure.axes[0].texts]
-    assert "default: 100.0 % in 5 ms" in labels
+    assert legend_names(figure) == ["default: 100.0 % in 5 ms"]
 
 
 def ticks(figure: Figure) -> dict[str, float]:
