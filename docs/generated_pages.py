@@ -102,7 +102,8 @@ def _options_table(function: Any) -> str:
         # Of a switch that is on, the name that turns it off counts.
         names = [name for name in option.names if default is True or name not in option.negatives]
         meaning = _escaped(" ".join((option.parameter.help or "").split()))
-        if choices := option.get_choices():
+        choices = option.get_choices() or ()
+        if any(choice not in meaning for choice in choices):
             meaning += f" One of {', '.join(f'`{choice}`' for choice in choices)}."
         if isinstance(default, bool):
             shown = "on" if default else "off"
