@@ -60,7 +60,7 @@ HEADLIGHT = 0.29
 """Diffuse light from the camera. The lamp alone leaves the near side of the hand dark."""
 
 
-class Camera(Protocol):
+class CellRenderer(Protocol):
     """A renderer of the cell."""
 
     def picture(self) -> NDArray[np.uint8]:
@@ -88,7 +88,7 @@ class Film:
         """The .mp4 file."""
         self._size = size
         self._resources = ExitStack()
-        self._camera: Camera | None = None
+        self._camera: CellRenderer | None = None
         self._recorder: Recorder | None = None
         self._scene_picture: NDArray[np.uint8] | None = None
         self._names: Sequence[str] = ()
@@ -137,7 +137,7 @@ class Film:
 
     def film(
         self,
-        camera: Camera,
+        camera: CellRenderer,
         recorder: Recorder,
         names: Sequence[str] = (),
         count: Callable[[], str] | None = None,

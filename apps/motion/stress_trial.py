@@ -34,7 +34,7 @@ TAIL_S = 1.0
 
 
 @dataclass(frozen=True, eq=False)
-class Motion:
+class SimulatedMotion:
     """The record of a simulated motion."""
 
     postures: NDArray[np.float64]
@@ -120,7 +120,7 @@ def simulate(
     stop_when_stuck: bool = False,
     before: Callable[[int], None] | None = None,
     alternate: tuple[ControlOptions, int] | None = None,
-) -> Motion:
+) -> SimulatedMotion:
     """Run a controller from the home posture of an arm that executes every command exactly.
 
     Parameters
@@ -170,7 +170,7 @@ def simulate(
             break
         if not np.all(np.isfinite(q)):
             break
-    return Motion(
+    return SimulatedMotion(
         np.array(postures),
         np.array(velocities),
         np.array(clearance),
@@ -181,7 +181,7 @@ def simulate(
     )
 
 
-def find_fault(motion: Motion, options: ControlOptions, *, margin: bool = True) -> str:
+def find_fault(motion: SimulatedMotion, options: ControlOptions, *, margin: bool = True) -> str:
     """Return how a motion violates a limit that every motion must keep; empty if it does not.
 
     With `margin`, no distance may fall below the safety margin. This requires a start outside the
@@ -201,7 +201,7 @@ def find_fault(motion: Motion, options: ControlOptions, *, margin: bool = True) 
 
 
 def motion_trial(
-    motion: Motion,
+    motion: SimulatedMotion,
     options: ControlOptions,
     *,
     passed: bool,

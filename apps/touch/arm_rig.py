@@ -68,7 +68,7 @@ class RigOptions:
             raise InputError(f"lag and latency must be >= 0, got {self.lag} s, {self.latency}")
 
 
-class Hand:
+class PadArm:
     """One arm of an :class:`ArmRig`: the features, the pose and the motion of its pad."""
 
     def __init__(self, robot: RobotModel, reader: FeatureReader, q: NDArray[np.float64]) -> None:
@@ -170,8 +170,8 @@ class ArmRig:
         self._wrist_rng = np.random.default_rng((seed, 2))
         self._backlash = sensor.backlash
         self._motors = self.simulation.joints
-        self.hands: tuple[Hand, ...] = tuple(
-            Hand(
+        self.hands: tuple[PadArm, ...] = tuple(
+            PadArm(
                 _robot(arm, scene.pad),
                 FeatureReader(calibrate(run_bench(readout, seed=seed)), pad.array, features),
                 q,
@@ -187,7 +187,7 @@ class ArmRig:
         self.step(*[np.zeros(6)] * len(arms))
 
     @property
-    def hand(self) -> Hand:
+    def hand(self) -> PadArm:
         """The first arm."""
         return self.hands[0]
 

@@ -26,7 +26,7 @@ from eyehand.tactile import (
     TouchPhases,
 )
 
-from .arm_rig import CYCLE, ArmRig, Hand, RigOptions, SensorName, home_pose
+from .arm_rig import CYCLE, ArmRig, PadArm, RigOptions, SensorName, home_pose
 from .commissioning import commissioned
 from .felt_points import felt_points
 from .press_bench import pressed_decoder
@@ -232,7 +232,7 @@ def _guide(pose: RigidTransform, goal: NDArray[np.float64], heading: float) -> N
     return twist
 
 
-def _pad_features(hand: Hand) -> ContactFeatures:
+def _pad_features(hand: PadArm) -> ContactFeatures:
     """Compute the features over all touched tactels.
 
     A pad that rolls by only one of two contacts never comes to rest.
@@ -249,7 +249,7 @@ def _pad_features(hand: Hand) -> ContactFeatures:
     )
 
 
-def _goal_force(hand: Hand, felt: ContactFeatures) -> float:
+def _goal_force(hand: PadArm, felt: ContactFeatures) -> float:
     """Compute the goal force for a contact, N. It is lower for a small or sharp imprint."""
     peak = max(float(hand.reader.image.pressures.max()), NOISE)
     limited = min(FORCE, MEAN_PRESSURE * felt.area, felt.force * PEAK_PRESSURE / peak)

@@ -60,7 +60,7 @@ class SlipTrial:
 
 
 @dataclass(frozen=True)
-class Grasp:
+class HeldGrasp:
     """One object in the grip."""
 
     held: HeldObject
@@ -77,7 +77,7 @@ class Grasp:
         return 2 * STATIC_RATIO * self.held.friction * self.grip
 
 
-def draw_grasp(shape: str, rng: np.random.Generator) -> Grasp:
+def draw_grasp(shape: str, rng: np.random.Generator) -> HeldGrasp:
     """Draw an object of a kind and a grip of 1.35 to 2.2 times the minimum."""
     while True:
         held = _draw_object(shape, rng)
@@ -85,7 +85,7 @@ def draw_grasp(shape: str, rng: np.random.Generator) -> Grasp:
         if _PRESSURES[0] < grip / (4 * held.half_x * held.half_y) < _PRESSURES[1]:
             break
     turn = rng.uniform(-np.pi, np.pi)
-    return Grasp(
+    return HeldGrasp(
         held, grip, np.array([np.cos(turn), np.sin(turn)]), float(rng.uniform(-np.pi, np.pi))
     )
 
@@ -127,7 +127,7 @@ def run_slip_trial(
             return trial
 
 
-def _run(grasp: Grasp, event: str, drive: Drive, simulation: HeldSimulation) -> SlipTrial | None:
+def _run(grasp: HeldGrasp, event: str, drive: Drive, simulation: HeldSimulation) -> SlipTrial | None:
     """Run one trial; None if the object slides before the event."""
     rows, columns = simulation.array.grid or (0, 0)
     state = SlipState(
@@ -214,20 +214,20 @@ def _start(rng: np.random.Generator) -> float:
     return float(rng.uniform(SETTLED + 0.03, SETTLED + 0.1))
 
 
-def _load(grasp: Grasp, rng: np.random.Generator) -> Drive:
+def _load(grasp: HeldGrasp, rng: np.random.Generator) -> Drive:
     start, rise = _start(rng), rng.uniform(0.01, 0.06)
     added = rng.uniform(0.5, 1.2) * grasp.limit - grasp.held.mass * GRAVITY
     force = added * grasp.direction
     return lambda time: (grasp.grip, force * _ramp(time, start, rise), 0.0)
 
 
-def _pull(grasp: Grasp, rng: np.random.Generator) -> Drive:
+def _pull(grasp: HeldGrasp, rng: np.random.Generator) -> Drive:
     start, turn = _start(rng), rng.uniform(-np.pi, np.pi)
     force = rng.uniform(0.2, 1.2) * grasp.limit * np.array([np.cos(turn), np.sin(turn)])
     return lambda time: (grasp.grip, force * _ramp(time, start, 0.25), 0.0)
 
 
-def _release(grasp: Grasp, rng: np.random.Generator) -> Drive:
+def _release(grasp: HeldGrasp, rng: np.random.Generator) -> Drive:
     start, fall = _start(rng), rng.uniform(0.03, 0.2)
     least = min(grasp.held.mass * GRAVITY / grasp.limit * rng.uniform(0.8, 1.7), 1.0)
     return lambda time: (
@@ -237,7 +237,7 @@ def _release(grasp: Grasp, rng: np.random.Generator) -> Drive:
     )
 
 
-def _acceleration(grasp: Grasp, rng: np.random.Generator) -> Drive:
+def _acceleration(grasp: HeldGrasp, rng: np.random.Generator) -> Drive:
     start, length, turn = _start(rng), rng.uniform(0.06, 0.2), rng.uniform(-np.pi, np.pi)
     force = rng.uniform(0.2, 1.1) * grasp.limit * np.array([np.cos(turn), np.sin(turn)])
 
@@ -247,7 +247,7 @@ def _acceleration(grasp: Grasp, rng: np.random.Generator) -> Drive:
     return drive
 
 
-def _twist(grasp: Grasp, rng: np.random.Generator) -> Drive:
+def _twist(grasp: HeldGrasp, rng: np.random.Generator) -> Drive:
     start, rise = _start(rng), rng.uniform(0.02, 0.1)
     # A face of this extent turns at about the limit times half its mean radius.
     arm = 0.4 * (grasp.held.half_x + grasp.held.half_y)
@@ -255,7 +255,7 @@ def _twist(grasp: Grasp, rng: np.random.Generator) -> Drive:
     return lambda time: (grasp.grip, np.zeros(2), torque * _ramp(time, start, rise))
 
 
-def _knock(grasp: Grasp, rng: np.random.Generator) -> Drive:
+def _knock(grasp: HeldGrasp, rng: np.random.Generator) -> Drive:
     """Return a ringing of the hand: its inertia loads the object, and the grip force shakes."""
     start, turn = _start(rng), rng.uniform(-np.pi, np.pi)
     frequency, decay = rng.uniform(40, 150), rng.uniform(0.01, 0.04)
@@ -272,7 +272,7 @@ def _knock(grasp: Grasp, rng: np.random.Generator) -> Drive:
     return drive
 
 
-def _regrip(grasp: Grasp, rng: np.random.Generator) -> Drive:
+def _regrip(grasp: HeldGrasp, rng: np.random.Generator) -> Drive:
     start, rise = _start(rng), rng.uniform(0.02, 0.15)
     factor = rng.uniform(1.1, 2.0)
     return lambda time: (
@@ -282,13 +282,13 @@ def _regrip(grasp: Grasp, rng: np.random.Generator) -> Drive:
     )
 
 
-def _unload(grasp: Grasp, rng: np.random.Generator) -> Drive:
+def _unload(grasp: HeldGrasp, rng: np.random.Generator) -> Drive:
     start, rise = _start(rng), rng.uniform(0.02, 0.15)
     force = -rng.uniform(0.3, 1.0) * grasp.held.mass * GRAVITY * grasp.direction
     return lambda time: (grasp.grip, force * _ramp(time, start, rise), 0.0)
 
 
-EVENT_DRIVES: dict[str, Callable[[Grasp, np.random.Generator], Drive]] = dict(
+EVENT_DRIVES: dict[str, Callable[[HeldGrasp, np.random.Generator], Drive]] = dict(
     zip(
         EVENTS,
         (_load, _release, _acceleration, _pull, _twist, _knock, _regrip, _unload),

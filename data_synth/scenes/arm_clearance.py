@@ -189,7 +189,7 @@ def _remove_visual_meshes(spec: Any) -> None:
 
 
 def joint_ids(model: Any, arm: ReachingArm) -> NDArray[np.intp]:
-    """Return the joints (n,) of a model that reach.
+    """Return the numbers (n,) of the arm's joints in a model.
 
     Raises
     ------

@@ -74,9 +74,9 @@ def distinct(tips, rotations, total, axes, count, least):
 
 @njit(cache=True)
 def repeats(tips, rotations, total, others, axes):
-    """Return which poses are the same grasp as a better one of others, (n,) bool.
+    """Return a mask (n,) of the poses that equal a better grasp of `others`.
 
-    `others` are the positions, rotations and probabilities of those.
+    `others` holds positions, rotations and probabilities.
     """
     places, turns, values = others
     out = np.zeros(len(total), np.bool_)

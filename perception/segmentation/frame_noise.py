@@ -52,7 +52,7 @@ def frame_noise(disparity: NDArray[np.float32], window: int) -> float:
 
 
 def noise_profile(disparity: NDArray[np.float32], window: int) -> tuple[float, NoiseProfile]:
-    """Return the noise of :func:`frame_noise`, and where in disparity it is clearly higher."""
+    """Return the noise of :func:`frame_noise`, and its clearly higher values by disparity."""
     step = max(disparity.shape[1] // WINDOWS_ACROSS, 1)
     residuals = window_residuals(disparity, window // 2, step, MIN_SHARE)
     measured = residuals >= 0

@@ -154,10 +154,10 @@ def _unwhitening(hessian: NDArray[np.float64], columns: NDArray[np.float64]) -> 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=FAST_MATH)
 def ray_depths(rays, depth, view_origin, shape, tapered, values, rows):
-    """Compute the depths by which rays enter a solid before `depth`, and their derivatives.
+    """Compute how deep rays enter a solid before they end, and the derivatives.
 
-    A depth is r (1 - min G) over the part of the ray up to `depth` (K,). It is negative where the
-    ray misses the solid there.
+    A ray ends at `depth` (K,). Its depth in the solid is r (1 - min G), and negative if it misses
+    the solid.
 
     Parameters
     ----------

@@ -55,7 +55,7 @@ MIN_POINTS = 11
 _TINY = 1e-12
 
 
-class Cloud(NamedTuple):
+class ScaledCloud(NamedTuple):
     """A cloud, centred and scaled."""
 
     points: NDArray[np.float64]
@@ -91,7 +91,7 @@ def ems_fit(
     if cloud is None:
         return None
     largest = float(cloud.points.max()) / MAX_COORDINATE
-    cloud = Cloud(cloud.points / largest, cloud.centre, cloud.unit * largest)
+    cloud = ScaledCloud(cloud.points / largest, cloud.centre, cloud.unit * largest)
     state = _ems(cloud.points)
     return None if state is None else solid_of(cloud, *state)
 
@@ -212,7 +212,7 @@ def _dual_size(exponent: float) -> float:
     return float((root / 2 - 1) * exponent + 2 - root / 2)
 
 
-def normalised(points: NDArray[np.float64]) -> Cloud | None:
+def normalised(points: NDArray[np.float64]) -> ScaledCloud | None:
     """Centre and scale a cloud; None if it has too few points or no extent."""
     points = np.asarray(points, dtype=np.float64)
     if len(points) < MIN_POINTS or not np.all(np.isfinite(points)):
@@ -221,7 +221,7 @@ def normalised(points: NDArray[np.float64]) -> Cloud | None:
     unit = float(np.sqrt(np.mean(np.sum((points - centre) ** 2, axis=1))))
     if not _TINY < unit < np.inf:
         return None
-    return Cloud((points - centre) / unit, centre, unit)
+    return ScaledCloud((points - centre) / unit, centre, unit)
 
 
 def principal_axes(points: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -255,7 +255,7 @@ def radial_distances(
 
 
 def solid_of(
-    cloud: Cloud, x: NDArray[np.float64], frame: NDArray[np.float64]
+    cloud: ScaledCloud, x: NDArray[np.float64], frame: NDArray[np.float64]
 ) -> Superquadric | None:
     """Return the solid of parameters (11,) in the frame of the points; None if not finite."""
     if not np.all(np.isfinite(x)):

@@ -116,7 +116,7 @@ def too_wide_objects(
 ) -> dict[str, float]:
     """Return name → narrowest width, m, of the objects that are too wide for a stroke in m.
 
-    The object itself decides, not what was perceived of it.
+    The true size decides, not the perceived one.
     """
     widths = {item.name: _narrowest(item) for item in objects}
     return {name: width for name, width in widths.items() if width > stroke + MIN_EXCESS}

@@ -189,8 +189,8 @@ def find_palm(links: Links, name: str | None = None) -> int:
         raise InputError(f"--palm is needed: {len(found)} grippers, on the bodies {names}")
     if len(links.children(found[0])) > MAX_BRANCHES:
         raise InputError(
-            f"{len(links.children(found[0]))} links move on {links.name(found[0])}; a gripper has "
-            f"at most {MAX_BRANCHES}: --palm must name its palm"
+            f"body {links.name(found[0])} carries {len(links.children(found[0]))} moving links, a "
+            f"gripper has at most {MAX_BRANCHES}: name its palm with --palm"
         )
     return found[0]
 

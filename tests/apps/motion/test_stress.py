@@ -10,14 +10,14 @@ import pytest
 from eyehand.apps.bench import StressArguments, Sweep, Trial
 from eyehand.apps.motion import stress
 from eyehand.apps.motion.stress import control_sweeps, stress_motion
-from eyehand.apps.motion.stress_trial import Motion, find_fault, lbr_world, motion_trial, simulate
+from eyehand.apps.motion.stress_trial import SimulatedMotion, find_fault, lbr_world, motion_trial, simulate
 from eyehand.control import ControlOptions
 from eyehand.control.tasks import Position
 from eyehand.errors import InputError
 
 
 @pytest.fixture(scope="module")
-def motion() -> Motion:
+def motion() -> SimulatedMotion:
     world = lbr_world()
     goal = world.robot.at(world.robot.home).position + np.array([0.0, 0.02, 0.0])
     return simulate(world, [Position(goal)], ControlOptions(), 5.0)
