@@ -127,7 +127,9 @@ def run_slip_trial(
             return trial
 
 
-def _run(grasp: HeldGrasp, event: str, drive: Drive, simulation: HeldSimulation) -> SlipTrial | None:
+def _run(
+    grasp: HeldGrasp, event: str, drive: Drive, simulation: HeldSimulation
+) -> SlipTrial | None:
     """Run one trial; None if the object slides before the event."""
     rows, columns = simulation.array.grid or (0, 0)
     state = SlipState(

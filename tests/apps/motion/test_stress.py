@@ -10,7 +10,13 @@ import pytest
 from eyehand.apps.bench import StressArguments, Sweep, Trial
 from eyehand.apps.motion import stress
 from eyehand.apps.motion.stress import control_sweeps, stress_motion
-from eyehand.apps.motion.stress_trial import SimulatedMotion, find_fault, lbr_world, motion_trial, simulate
+from eyehand.apps.motion.stress_trial import (
+    SimulatedMotion,
+    find_fault,
+    lbr_world,
+    motion_trial,
+    simulate,
+)
 from eyehand.control import ControlOptions
 from eyehand.control.tasks import Position
 from eyehand.errors import InputError
