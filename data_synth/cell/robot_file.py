@@ -1,11 +1,12 @@
-"""Read and compile the MJCF files of robots."""
+"""Read and compile the files of robots."""
 
 from __future__ import annotations
 
 from pathlib import Path
 from typing import Any
 
-from eyehand.errors import InputError, named_files
+from eyehand.errors import InputError
+from eyehand.grasping.hands import read_spec
 
 from ..mujoco_import import import_mujoco
 
@@ -19,15 +20,33 @@ def compile_robot(spec: Any, files: str) -> Any:
 
 
 def read_robot(path: Path) -> Any:
-    """Read a robot's MJCF file as `MjSpec`; raise an `InputError` if that fails."""
-    mujoco = import_mujoco()
+    """Read a robot's MJCF or URDF file as `MjSpec`; raise an `InputError` if that fails.
+
+    Joints of a file without motors get one each, as those of a URDF. Its force is the joint's
+    limit of effort.
+    """
     if not Path(path).is_file():
         what = "this is a folder" if Path(path).is_dir() else "no such file"
-        raise InputError(f"robot file {path}: {what}; give the path of an MJCF file")
-    named_files(Path(path))  # MuJoCo would wait for a FIFO without end.
-    try:
-        return mujoco.MjSpec.from_file(str(path))
-    except (ValueError, mujoco.FatalError) as error:
-        raise InputError(
-            f"cannot read the robot file {path}: {' '.join(str(error).split())}"
-        ) from None
+        raise InputError(f"robot file {path}: {what}; give the path of an MJCF or URDF file")
+    spec = read_spec(path)
+    if not list(spec.actuators):
+        _add_motors(spec)
+    return spec
+
+
+def _add_motors(spec: Any) -> None:
+    """Add a motor to each hinge and slide that follows no other joint."""
+    mujoco = import_mujoco()
+    kinds, couplings = mujoco.mjtJoint, list(spec.equalities)
+    if any(one.type != mujoco.mjtEq.mjEQ_JOINT for one in couplings):
+        return  # Joints of closed loops and tendons follow others, too.
+    followers = {one.name1 for one in couplings if one.name2}
+    for joint in spec.joints:
+        if joint.type not in (kinds.mjJNT_HINGE, kinds.mjJNT_SLIDE) or not joint.name:
+            continue
+        if joint.name not in followers:
+            motor = spec.add_actuator(
+                name=f"{joint.name}_motor", trntype=mujoco.mjtTrn.mjTRN_JOINT, target=joint.name
+            )
+            if joint.actfrcrange[1] > joint.actfrcrange[0]:
+                motor.forcelimited, motor.forcerange = True, joint.actfrcrange

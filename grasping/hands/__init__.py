@@ -20,7 +20,7 @@ from .hand_names import PALM, PINCER_FINGER, THUMB
 from .hand_state import finger_curl, finger_forces, finger_reading, grip_width, is_holding
 from .nominal_hand import nominal_hand
 from .parallel_hand import HandBox, HandJoint, ParallelHand, ToolPose, generic_jaw
-from .robot_file import DescribedHand, FileChoices, JawPostures, describe_hand
+from .robot_file import DescribedHand, FileChoices, JawPostures, describe_hand, read_spec
 
 __all__ = [
     "IDLE_OPENING",
@@ -59,5 +59,6 @@ __all__ = [
     "open_command",
     "preshape_command",
     "read_hand",
+    "read_spec",
     "write_hand",
 ]

@@ -16,7 +16,7 @@ from eyehand.errors import InputError
 from ..parallel_hand import HandBox, HandJoint, ParallelHand, ToolPose
 from .jaw_boxes import camera_boxes, finger_boxes, palm_boxes, tool_origin
 from .jaw_force import jaw_force
-from .jaw_motion import MAX_DRIVES, JawMotion, between_jaws, jaw_motion
+from .jaw_motion import MAX_DRIVES, JawMotion, between_jaws, jaw_motion, opposed_pads
 from .jaw_postures import JawPostures, jaw_postures
 from .links import Links, couplings, find_branches, find_palm, root_body
 from .pinch import pinch_motion
@@ -25,6 +25,9 @@ from .read_model import read_model
 
 FORCE_WITHOUT_LIMIT = (0.0, 40.0)
 """Closing force that is assumed where the file does not limit it, N."""
+MAX_FINGER_FORCE = 100.0
+"""Greatest force of a finger that is believed, N: that of a strong human pinch. Models of hands
+hold torques of 10 Nm and more as placeholders."""
 MIN_GAP = 6e-3
 """Least distance between the pads at which the space between them is measured, m."""
 CURVED = 0.01
@@ -115,7 +118,8 @@ def describe_hand(path: Path | str, choices: FileChoices | None = None) -> Descr
     """
     choices = choices or FileChoices()
     path = Path(path)
-    links = Links(read_model(path, choices.package_dirs))
+    model, remarks = read_model(path, choices.package_dirs)
+    links = Links(model)
     try:
         palm = find_palm(links, choices.palm)
         branches = find_branches(links, palm)
@@ -123,9 +127,9 @@ def describe_hand(path: Path | str, choices: FileChoices | None = None) -> Descr
         drives = find_drives(links, joints, choices.joint_range)
         if choices.pinch is not None or len(drives.joints) > MAX_DRIVES:
             motion, names = pinch_motion(links, palm, branches, choices.pinch)
-            return _described(path, motion, choices, pinch=names)
+            return _described(path, motion, choices, remarks, pinch=names)
         motion = jaw_motion(Posing(links, joints, drives), palm, branches, choices.tcp)
-        return _described(path, motion, choices)
+        return _described(path, motion, choices, remarks)
     except InputError as error:
         text = str(error)
         raise InputError(text if text.startswith("--") else f"{path}: {text}") from None
@@ -135,15 +139,20 @@ def describe_hand(path: Path | str, choices: FileChoices | None = None) -> Descr
 
 
 def _described(
-    path: Path, motion: JawMotion, choices: FileChoices, *, pinch: str = ""
+    path: Path,
+    motion: JawMotion,
+    choices: FileChoices,
+    assumed: tuple[str, ...],
+    *,
+    pinch: str = "",
 ) -> DescribedHand:
     gaps = np.maximum(motion.gaps, 0.0)
-    pad_low, pad_high, pad_bottom = _pads(motion)
+    pad_low, pad_high, pad_bottom = opposed_pads(motion)
     origin = tool_origin(motion, 0.5 * (pad_low + pad_high))
-    remarks = []
+    remarks = [*assumed]
     force = choices.force
     if force is None:
-        found = jaw_force(motion)
+        found = jaw_force(motion, max_force=MAX_FINGER_FORCE if pinch else np.inf)
         if found is None:
             force = FORCE_WITHOUT_LIMIT
             remarks.append(
@@ -197,16 +206,6 @@ def _described(
         _shown(motion, -1, origin),
         postures,
     )
-
-
-def _pads(motion: JawMotion) -> tuple[float, float, float]:
-    """Return least y, greatest y and height of the area in which both pads oppose each other, m."""
-    extents = [motion.pad_extent(side, len(motion.path) - 1) for side in (0, 1)]
-    low, high = max(e[0] for e in extents), min(e[1] for e in extents)
-    height = float(motion.tips[-1]) - max(e[2] for e in extents)
-    if high <= low or height <= 0:
-        raise InputError("no gripper is found: the pads of the jaws do not oppose each other")
-    return low, high, height
 
 
 def _depth(motion: JawMotion, low: float, high: float, palm: Sequence[HandBox]) -> float:

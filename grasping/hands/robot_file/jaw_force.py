@@ -16,11 +16,11 @@ MIN_LEVER = 1e-4
 """Least motion of a motor or joint that counts, m or rad."""
 
 
-def jaw_force(motion: JawMotion) -> float | None:
+def jaw_force(motion: JawMotion, max_force: float = np.inf) -> float | None:
     """Return the maximum closing force of each jaw, N, or None if the file does not decide it.
 
     The force is that of virtual work: the work of all motors over the way that the pads close. It
-    is the mean over the stroke.
+    is the mean over the stroke. A force above `max_force` counts as a placeholder.
     """
     model = motion.shapes.posing.model
     joints = motion.shapes.links.joints(motion.shapes.link_geoms)
@@ -41,7 +41,7 @@ def jaw_force(motion: JawMotion) -> float | None:
             for j in joints
         ]
         force = float(np.dot(efforts, turned)) / closed
-    if force is None or not USABLE_FORCE[0] <= force <= USABLE_FORCE[1]:
+    if force is None or not USABLE_FORCE[0] <= force <= min(USABLE_FORCE[1], max_force):
         return None
     return float(force)
 

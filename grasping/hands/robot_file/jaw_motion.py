@@ -29,6 +29,8 @@ MIN_STROKE = 2e-3
 """Minimum stroke of a gripper, m."""
 SIDE_MARGIN = 0.1
 """Share of the opening beside each pad that does not count as between the jaws."""
+MIN_GAIN = 1e-3
+"""Least gain of opening for which the first postures are left out, m."""
 MAX_CUTS = 3
 """Maximum number of times that the end of the path is corrected."""
 MAX_OVERLAP = 2e-4
@@ -262,6 +264,22 @@ def _fixed_face(motion: JawMotion) -> float:
     return float(points[:, 0].max())
 
 
+def opposed_pads(motion: JawMotion) -> tuple[float, float, float]:
+    """Return least y, greatest y and height of the area in which both pads oppose each other, m.
+
+    Raises
+    ------
+    InputError
+        If there is none.
+    """
+    extents = [motion.pad_extent(side, len(motion.path) - 1) for side in (0, 1)]
+    low, high = max(e[0] for e in extents), min(e[1] for e in extents)
+    height = float(motion.tips[-1]) - max(e[2] for e in extents)
+    if high <= low or height <= 0:
+        raise InputError("no gripper is found: the pads of the jaws do not oppose each other")
+    return low, high, height
+
+
 def between_jaws(motion: JawMotion, posture: int, low_y: float, high_y: float) -> float:
     """Return the greatest z of what lies between the pads behind them, m; -inf if nothing does.
 
@@ -302,6 +320,10 @@ def _until_touch(
             last = int(beyond[0])
             end = last - 1 + gaps[last - 1] / (gaps[last - 1] - gaps[last])
         start = wedge_start(motion, int(np.ceil(end)))
+        # On a wide arc the base of a finger swings back in front of the other one.
+        widest = start + int(np.argmax(gaps[start : int(end) + 1]))
+        if gaps[widest] > gaps[start] + MIN_GAIN:
+            start = widest
         whole = start == 0 and end >= len(gaps) - 1
         if gaps[0] <= 0 or start >= end or (whole and gaps.min() > -MAX_OVERLAP):
             break

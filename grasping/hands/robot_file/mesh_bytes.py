@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import struct
 from pathlib import Path
 from xml.etree import ElementTree
@@ -13,16 +14,16 @@ from eyehand.errors import InputError
 
 MAX_MESH_BYTES = 200_000_000
 """Maximum size of a mesh file."""
-READABLE = ".stl, .obj, .dae"
+READABLE = ".stl, .obj, .dae, .glb, .ply"
 
 
 def mesh_bytes(path: Path) -> tuple[str, bytes]:
-    """Return the suffix and the contents of a mesh; text STL and COLLADA become binary STL.
+    """Return the suffix and the contents of a mesh; all but OBJ become binary STL.
 
     Raises
     ------
     InputError
-        If the file cannot be read, or its format is not one of STL, OBJ and COLLADA.
+        If the file cannot be read, or its format is none of :data:`READABLE`.
     """
     try:
         if path.stat().st_size > MAX_MESH_BYTES:
@@ -39,6 +40,8 @@ def mesh_bytes(path: Path) -> tuple[str, bytes]:
         return suffix, _binary_stl(_text_stl(path, content))
     if suffix == ".dae":
         return ".stl", _binary_stl(_collada(path, content))
+    if suffix in (".glb", ".ply"):
+        return ".stl", _binary_stl(_other_mesh(path, content))
     raise InputError(f"mesh {path} has the format {suffix or 'none'}; readable are {READABLE}")
 
 
@@ -70,6 +73,27 @@ def _binary_stl(corners: NDArray[np.float64]) -> bytes:
     )
     record["corners"] = corners
     return b"\0" * 80 + struct.pack("<I", len(corners)) + record.tobytes()
+
+
+def mesh_shape(name: str, content: bytes) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
+    """Return vertices (V, 3) in m and triangles (T, 3) of a mesh; the suffix says the format."""
+    import trimesh
+
+    kind = name.rpartition(".")[2].lower()
+    mesh = trimesh.load_scene(io.BytesIO(content), file_type=kind).to_mesh()
+    return np.array(mesh.vertices, dtype=np.float64), np.array(mesh.faces, dtype=np.int32)
+
+
+def _other_mesh(path: Path, content: bytes) -> NDArray[np.float64]:
+    """Return the triangles (T, 3, 3) of a GLB or PLY file, with its axes as they are."""
+    try:
+        vertices, faces = mesh_shape(path.name, content)
+        corners = vertices[faces]
+    except Exception as error:  # The readers raise whatever a broken file leads to.
+        raise InputError(f"mesh {path} cannot be read: {' '.join(str(error).split())}") from None
+    if not len(corners) or not np.isfinite(corners).all():
+        raise InputError(f"mesh {path} has no triangles, or corners that are not finite")
+    return corners
 
 
 def _collada(path: Path, content: bytes) -> NDArray[np.float64]:

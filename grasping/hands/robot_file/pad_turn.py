@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import itertools
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.spatial.transform import Rotation
+
+from .shapes import clipped, clipped_box
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -16,6 +20,12 @@ if TYPE_CHECKING:
 MAX_WEDGE = np.deg2rad(45.0)
 """Maximum angle between pads that turn. Objects slip out of a wider one: each pad holds up to the
 angle of friction, 22° at a coefficient of 0.4."""
+MIN_TURN = np.deg2rad(1.0)
+"""Turn below which pads count as parallel in all postures."""
+PROFILE = (0.4, 0.05)
+"""Part of the finger in which the face of its pad is measured, as shares from the tip."""
+MAX_UNEVEN = 2e-3
+"""Maximum distance of a flat face from a plane, m."""
 
 
 def pad_turn(motion: JawMotion) -> float:
@@ -27,13 +37,57 @@ def pad_turn(motion: JawMotion) -> float:
 def wedge_start(motion: JawMotion, closed: int) -> int:
     """Return the first posture in which turning pads enclose an angle that can hold something.
 
-    The pads are parallel in the posture ``closed``.
+    Pads that touch first at their tips enclose a negative angle then. Where their faces are not
+    flat, they count as parallel in the posture ``closed``.
     """
     frames = _pad_frames(motion, range(len(motion.path)))
+    if _angle(frames[0], frames[closed]) < MIN_TURN:
+        return 0
+    at_closed = sum(_lean(motion, side, closed) for side in (0, 1))
     start = closed
-    while start > 0 and _angle(frames[start - 1], frames[closed]) <= MAX_WEDGE:
+    while start > 0:
+        opened = sum(
+            motion.side_sign(side) * _turn_about_y(motion, one, other)
+            for side, (one, other) in enumerate(zip(frames[closed], frames[start - 1], strict=True))
+        )
+        if at_closed + opened > MAX_WEDGE:
+            break
         start -= 1
     return start
+
+
+def _turn_about_y(
+    motion: JawMotion, before: NDArray[np.float64], after: NDArray[np.float64]
+) -> float:
+    """Return by how much a pad turns about y of the tool frame, rad."""
+    turn, _ = motion.shapes.base_pose()
+    axes = turn @ motion.axes
+    return float(Rotation.from_matrix(axes.T @ after @ before.T @ axes).as_rotvec()[1])
+
+
+def _lean(motion: JawMotion, side: int, posture: int) -> float:
+    """Return by how much the face of a pad leans outwards, rad; 0 where it is not flat."""
+    motion.posed(posture)
+    if side < len(motion.pads):
+        triangles = motion.of_links(motion.pads[side])
+    else:
+        points = motion.of_links(motion.pads[0]).reshape(-1, 3)
+        low = np.array([-np.inf, points[:, 1].min(), -np.inf])
+        high = np.array([points[:, 0].mean(), points[:, 1].max(), np.inf])
+        triangles = clipped_box(motion.fixed(), low, high)
+    sign, tip = motion.side_sign(side), float(motion.tips[posture])
+    rows = np.linspace(tip - PROFILE[0] * motion.length, tip - PROFILE[1] * motion.length, 9)
+    heights, faces = [], []
+    for bottom, top in itertools.pairwise(rows):
+        along = clipped(triangles, 2, float(bottom), float(top))[:, 0]
+        if len(along):
+            heights.append(0.5 * (bottom + top))
+            faces.append(sign * float((sign * along).min()))
+    if len(faces) < len(rows) // 2:
+        return 0.0
+    slope, offset = np.polyfit(heights, faces, 1)
+    error = np.abs(np.array(faces) - slope * np.array(heights) - offset).max()
+    return float(sign * np.arctan(slope)) if error < MAX_UNEVEN else 0.0
 
 
 def _pad_frames(motion: JawMotion, postures: Sequence[int]) -> list[list[NDArray[np.float64]]]:

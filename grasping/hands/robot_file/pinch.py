@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from eyehand.errors import InputError
 
-from .jaw_motion import JawMotion, between_jaws, measured_faces
+from .coupled_joints import JointCouplings, joint_couplings
+from .jaw_motion import JawMotion, between_jaws, measured_faces, opposed_pads
 from .links import Links
 from .pinch_solver import TIP_LENGTH, Finger, Pinch
 from .posing import STEPS, Drives, Posing
@@ -24,14 +25,19 @@ OPENING_STEP = 0.005
 """Step by which the opening grows until the fingers cannot follow, m."""
 MAX_OPENING = 0.12
 """Maximum opening that is tried, m."""
-MIDDLE_OPENING = 0.03
-"""Opening of the posture that defines the axes, m."""
+MIDDLE_OPENINGS = (0.03, 0.02, 0.01)
+"""Openings of the posture that defines the axes, m. Fingers with few motors move on arcs: the next
+smaller one is tried if they do not touch each other."""
 BENT_SHARE = 0.9
 """Share of the range to which the other fingers are bent."""
 PAD_LENGTH = 0.024
 """Length from the tips in which the pads are searched, m."""
 MIN_FREE = 0.015
 """Minimum free length of the fingertips in front of the palm and the other fingers, m."""
+MAX_FINGER_LENGTH = 0.3
+"""Maximum distance along a finger from its first to its last joint, m. Arms are longer."""
+MIN_PAD_WIDTH = 3e-3
+"""Minimum width of the area in which two fingertips oppose each other, m."""
 MIN_PINCH_STROKE = 0.02
 """Minimum stroke of a pair of fingers that is used as jaws, m."""
 
@@ -55,6 +61,12 @@ def pinch_motion(
     """
     joints = links.joints(link for branch in branches for link in branch)
     model = links.model
+    longest = max(branches, key=lambda branch: _length(links, branch))
+    if (length := _length(links, longest)) > MAX_FINGER_LENGTH:
+        raise InputError(
+            f"no gripper is found: the joints from {links.name(longest[0])} on are {length:.1f} m "
+            f"long, as of an arm; a finger has at most {MAX_FINGER_LENGTH:g} m"
+        )
     middle = model.jnt_range[joints].mean(axis=1)
     posing = Posing(links, joints, Drives(tuple(joints), middle, middle))
     shapes = HandShapes(posing, palm, branches)
@@ -66,19 +78,39 @@ def pinch_motion(
         if pinched is None:
             continue
         motion = _as_jaws(shapes, fingers, *pinched, branches)
+        try:
+            least, most, _ = opposed_pads(motion)
+        except InputError:
+            continue
+        if most - least < MIN_PAD_WIDTH:
+            continue
         low, high, _ = motion.pad_extent(0, 0)
         free = float(motion.tips[0]) - between_jaws(motion, 0, low, high)
         if free >= MIN_FREE or names:
             pair = " and ".join(links.name(finger.tip) for finger in fingers)
             found.append((float(motion.gaps[0]), motion, pair))
     if not found:
-        pair = " and ".join(names) if names else "the thumb and any other finger"
+        pair = " and ".join(names) if names else "any two"
+        known = ", ".join(links.name(branch[0]) for branch in branches)
         raise InputError(
-            f"{pair} cannot oppose each other by {1e3 * MIN_PINCH_STROKE:.0f} mm in front of the "
-            "palm; --pinch BODY BODY names the fingers"
+            f"no gripper is found: of the fingers {known}, {pair} cannot oppose each other by "
+            f"{1e3 * MIN_PINCH_STROKE:.0f} mm in front of the palm; --pinch BODY BODY names the "
+            "fingers"
         )
     _, motion, pair = max(found, key=lambda one: one[0])
     return motion, pair
+
+
+def _length(links: Links, branch: list[int]) -> float:
+    """Return the distance along a finger from its first to its last joint, m."""
+    model, longest = links.model, 0.0
+    for link in branch:
+        body, length = link, 0.0
+        while links.of_body[body] in branch and body != branch[0]:
+            length += float(np.linalg.norm(model.body_pos[body]))
+            body = int(model.body_parentid[body])
+        longest = max(longest, length)
+    return longest
 
 
 def _thumb_pairs(
@@ -151,32 +183,46 @@ def _pinch_path(
     branches: list[list[int]],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
     """Return postures from wide to touching and the tool's axes in the palm, or None."""
-    posture = _parked(posing, fingers, branches)
+    couplings = joint_couplings(posing.model, list(posing.drives.joints))
+    posture = _parked(posing, fingers, branches, couplings)
     radius = sum(_thickness(shapes, posing, finger, posture) for finger in fingers)
-    pinch = Pinch(posing, fingers, posture, fingers[0].joints + fingers[1].joints, radius)
+    pinch = Pinch(posing, fingers, posture, couplings, radius)
     low, high = pinch.bounds
     if not (posing.model.jnt_limited[pinch.joints].all() and (low < high).all()):
         return None
-    values, good, axis, middle = pinch.solved(MIDDLE_OPENING, None, 0.5 * (low + high), None)
+    for middle_opening in MIDDLE_OPENINGS:
+        found = _opened(pinch, middle_opening)
+        if found is not None:
+            postures, axis = found
+            return np.array(postures[::-1]), _axes(shapes, posing, fingers, postures[0], axis)
+    return None
+
+
+def _opened(
+    pinch: Pinch, middle_opening: float
+) -> tuple[list[NDArray[np.float64]], NDArray[np.float64]] | None:
+    """Return postures from touching to wide and the closing axis, or None."""
+    low, high = pinch.bounds
+    values, good, axis, middle = pinch.solved(middle_opening, None, 0.5 * (low + high), None)
     if not good:
         return None
     for share in (1.0, 0.5, 0.0):
-        values, *_ = pinch.solved(share * MIDDLE_OPENING, axis, values, middle)
+        values, *_ = pinch.solved(share * middle_opening, axis, values, middle)
     postures, gap = [], 0.0
     while gap <= MAX_OPENING:
         values, good, *_ = pinch.solved(gap, axis, values, middle)
         if not good:
             break
-        posture[pinch.places] = values
-        postures.append(posture.copy())
+        postures.append(pinch.at(values).copy())
         gap += OPENING_STEP
-    if (len(postures) - 1) * OPENING_STEP < MIN_PINCH_STROKE:
-        return None
-    return np.array(postures[::-1]), _axes(shapes, posing, fingers, postures[0], axis)
+    return (postures, axis) if (len(postures) - 1) * OPENING_STEP >= MIN_PINCH_STROKE else None
 
 
 def _parked(
-    posing: Posing, fingers: tuple[Finger, Finger], branches: list[list[int]]
+    posing: Posing,
+    fingers: tuple[Finger, Finger],
+    branches: list[list[int]],
+    couplings: JointCouplings,
 ) -> NDArray[np.float64]:
     """Return the file's posture with all other fingers bent."""
     model = posing.model
@@ -190,6 +236,7 @@ def _parked(
             bends = model.jnt_limited[joint] and abs(low + high) > 0.5 * (high - low)
             end = high if abs(high) > abs(low) else low
             posture[model.jnt_qposadr[joint]] = BENT_SHARE * end if bends else 0.0
+    couplings.complete(model, posture)
     return posture
 
 

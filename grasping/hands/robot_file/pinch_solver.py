@@ -12,6 +12,7 @@ from scipy.optimize import least_squares
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from .coupled_joints import JointCouplings
     from .posing import Posing
 
 PLACE_WEIGHT, DRIFT_WEIGHT = 300.0, 100.0
@@ -51,9 +52,16 @@ class Pinch:
     fingers: tuple[Finger, Finger]
     posture: NDArray[np.float64]
     """Posture of the hand, (nq,); the joints of both fingers change."""
-    joints: list[int]
+    couplings: JointCouplings
+    """How joints follow each other."""
     radius: float
     """Half of the thickness of both fingertips, m."""
+
+    @cached_property
+    def joints(self) -> list[int]:
+        """The joints of both fingers that follow no other one."""
+        mine = self.fingers[0].joints + self.fingers[1].joints
+        return [joint for joint in mine if joint in self.couplings.free]
 
     @cached_property
     def places(self) -> NDArray[np.int64]:
@@ -66,10 +74,15 @@ class Pinch:
         low, high = self.posing.model.jnt_range[self.joints].T
         return low, high
 
+    def at(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the posture of the hand at values of the free joints, (nq,)."""
+        self.posture[self.places] = values
+        self.couplings.complete(self.posing.model, self.posture)
+        return self.posture
+
     def points(self, values: NDArray[np.float64]) -> list[NDArray[np.float64]]:
         """Return middle and base of both fingertips at joint values, (3,) each, m."""
-        self.posture[self.places] = values
-        self.posing.pose(self.posture)
+        self.posing.pose(self.at(values))
         data = self.posing.data
         found = []
         for finger in self.fingers:

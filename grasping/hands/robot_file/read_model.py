@@ -3,20 +3,16 @@
 from __future__ import annotations
 
 import importlib
-import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
-from xml.etree import ElementTree
 
-from eyehand.errors import InputError, named_files
+from eyehand.errors import InputError
 
+from .mesh_bytes import mesh_shape
+from .robot_xml import is_in_radians, read_xml
 from .urdf_text import Urdf, prepared_urdf
 
-MAX_BYTES = 20_000_000
-"""Maximum size of a robot's XML file. Geometry belongs into mesh files."""
-MAX_INCLUDED = 50
-"""Maximum number of files that a file may include."""
 MIN_MASS, MIN_INERTIA = 1e-6, 1e-9
 """Least mass, kg, and inertia, kg m². Without them MuJoCo refuses links without inertia."""
 
@@ -24,7 +20,9 @@ Model = Any
 """``mujoco.MjModel``: MuJoCo's binary parts carry no type stubs."""
 
 
-def read_model(path: Path | str, package_dirs: Sequence[Path | str] = ()) -> Model:
+def read_model(
+    path: Path | str, package_dirs: Sequence[Path | str] = ()
+) -> tuple[Model, tuple[str, ...]]:
     """Read a robot's file.
 
     Parameters
@@ -37,8 +35,8 @@ def read_model(path: Path | str, package_dirs: Sequence[Path | str] = ()) -> Mod
 
     Returns
     -------
-    Model
-        The compiled model. Links on fixed joints stay bodies of their own.
+    model, remarks
+        The compiled model, and what was assumed. Links on fixed joints stay bodies of their own.
 
     Raises
     ------
@@ -47,17 +45,46 @@ def read_model(path: Path | str, package_dirs: Sequence[Path | str] = ()) -> Mod
     DeviceError
         If MuJoCo cannot be loaded.
     """
-    path = Path(path)
-    root = _read_xml(path)
-    named_files(path)  # MuJoCo would wait for a FIFO without end.
-    if root.tag not in ("mujoco", "robot"):
-        raise InputError(f"{path}: the root element must be <mujoco> or <robot>, got <{root.tag}>")
-    for element, name, value in _numbers(path, root):
-        raise InputError(f"{path}: {name} of <{element}> must be finite, got {value!r}")
+    spec, remarks, urdf = _read(Path(path), package_dirs)
     mujoco = load_mujoco()
-    if root.tag == "robot":
-        return _compiled(mujoco, path, prepared_urdf(path, root, package_dirs))
-    return _compiled(mujoco, path, None)
+    spec.compiler.fusestatic = False
+    spec.compiler.boundmass = max(spec.compiler.boundmass, MIN_MASS)
+    spec.compiler.boundinertia = max(spec.compiler.boundinertia, MIN_INERTIA)
+    spec.compiler.balanceinertia = True
+    for mesh in spec.meshes:
+        # Open meshes have no volume, and their inertia does not matter here.
+        mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
+    spec.option.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
+    try:
+        return spec.compile(), remarks
+    except (ValueError, KeyError, mujoco.FatalError) as error:
+        raise _unreadable(Path(path), error, urdf) from None
+
+
+def read_spec(path: Path | str) -> Any:
+    """Read a robot's file as `MjSpec`, with the same corrections as for a description.
+
+    Raises
+    ------
+    InputError
+        If the file is invalid.
+    DeviceError
+        If MuJoCo cannot be loaded.
+    """
+    spec, _, urdf = _read(Path(path), ())
+    if urdf is None:
+        return spec
+    # MuJoCo looks for the files of all meshes in vain if a spec with contents in memory is attached
+    # to another one. In the text of a spec, meshes are numbers.
+    for mesh in spec.meshes:
+        vertices, faces = mesh_shape(mesh.file, urdf.meshes[mesh.file])
+        mesh.uservert, mesh.userface, mesh.file = vertices.ravel(), faces.ravel(), ""
+    mujoco = load_mujoco()
+    try:
+        spec.compile()
+        return mujoco.MjSpec.from_string(spec.to_xml())
+    except (ValueError, KeyError, mujoco.FatalError) as error:
+        raise _unreadable(Path(path), error, urdf) from None
 
 
 def load_mujoco() -> Any:
@@ -72,86 +99,30 @@ def load_mujoco() -> Any:
     return importlib.import_module("mujoco")
 
 
-def _compiled(mujoco: Any, path: Path, urdf: Urdf | None) -> Model:
+def _read(
+    path: Path, package_dirs: Sequence[Path | str]
+) -> tuple[Any, tuple[str, ...], Urdf | None]:
+    root = read_xml(path)
+    mujoco = load_mujoco()
+    urdf = prepared_urdf(path, root, package_dirs) if root.tag == "robot" else None
     try:
-        if urdf is None:
-            spec = mujoco.MjSpec.from_file(str(path))
-        else:
-            spec = mujoco.MjSpec.from_string(urdf.text, assets=urdf.meshes)
-        spec.compiler.fusestatic = False
-        spec.compiler.boundmass = max(spec.compiler.boundmass, MIN_MASS)
-        spec.compiler.boundinertia = max(spec.compiler.boundinertia, MIN_INERTIA)
-        spec.compiler.balanceinertia = True
-        for mesh in spec.meshes:
-            # Open meshes have no volume, and their inertia does not matter here.
-            mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
-        spec.option.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
-        return spec.compile()
+        if urdf is not None:
+            return mujoco.MjSpec.from_string(urdf.text, assets=urdf.meshes), (), urdf
+        spec = mujoco.MjSpec.from_file(str(path))
     except (ValueError, KeyError, mujoco.FatalError) as error:
-        text = " ".join(str(error).split())
-        for name, source in (urdf.sources if urdf else {}).items():
-            text = text.replace(name, source)
-        raise InputError(f"{path}: MuJoCo cannot read it: {text.removeprefix('Error: ')}") from None
+        raise _unreadable(path, error, urdf) from None
+    if not is_in_radians(path, root):
+        return spec, (), None
+    spec.compiler.degree = False
+    remark = (
+        "the angles are read in rad, because in degrees no hinge would turn by more than 3.15°; "
+        '<compiler angle="radian"/> in the file would say so'
+    )
+    return spec, (remark,), None
 
 
-def _read_xml(path: Path) -> ElementTree.Element:
-    try:
-        if not path.exists():
-            raise InputError(f"there is no file {path}")
-        if not path.is_file():
-            raise InputError(f"{path} must be a file, but it is a folder, FIFO or device")
-        size = path.stat().st_size
-        if size == 0:
-            raise InputError(f"{path} is empty; it must be an MJCF or URDF file")
-        if size > MAX_BYTES:
-            raise InputError(
-                f"{path} has {size / 1e6:.0f} MB; an MJCF or URDF file has at most "
-                f"{MAX_BYTES / 1e6:.0f} MB"
-            )
-        return ElementTree.fromstring(path.read_bytes())
-    except OSError as error:
-        raise InputError(f"cannot read {path}: {error.strerror}") from None
-    except (ElementTree.ParseError, ValueError, LookupError) as error:
-        if isinstance(error, InputError):
-            raise
-        raise InputError(f"{path}: this is no MJCF or URDF file: {error}") from None
-
-
-def _numbers(path: Path, root: ElementTree.Element) -> Iterator[tuple[str, str, str]]:
-    """Yield the numbers of a file and of those that it includes which are not finite.
-
-    MuJoCo prints a warning for them, and accepts infinite sizes.
-    """
-    waiting, seen = [(path.resolve(), root)], set[Path]()
-    while waiting:
-        where, tree = waiting.pop()
-        for element in tree.iter():
-            for name, value in element.attrib.items():
-                if name in _TEXTS or not _is_finite(value):
-                    if name not in _TEXTS:
-                        yield str(element.tag), name, value
-                    continue
-            included = element.get("file")
-            if element.tag == "include" and included is not None:
-                other = (path.parent / included).resolve()
-                other = other if other.exists() else (where.parent / included).resolve()
-                if other not in seen and len(seen) < MAX_INCLUDED and other.is_file():
-                    seen.add(other)
-                    waiting.append((other, _read_xml(other)))
-
-
-_TEXTS = ("name", "filename", "file", "class", "childclass", "mesh", "joint", "body", "link")
-"""Attributes that are names. A name may be ``nan``."""
-
-
-def _is_finite(text: str) -> bool:
-    lowered = text.lower()
-    if "nan" not in lowered and "inf" not in lowered:
-        return True
-    for word in text.split():
-        try:
-            if not math.isfinite(float(word)):
-                return False
-        except ValueError:
-            continue
-    return True
+def _unreadable(path: Path, error: Exception, urdf: Urdf | None) -> InputError:
+    text = " ".join(str(error).split())
+    for name, source in (urdf.sources if urdf else {}).items():
+        text = text.replace(name, source)
+    return InputError(f"{path}: MuJoCo cannot read it: {text.removeprefix('Error: ')}")

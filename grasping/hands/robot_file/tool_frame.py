@@ -69,7 +69,8 @@ class HandShapes:
         self._local = {geom: geom_triangles(model, geom) for geom in everything}
         if not any(len(self._local[g]) for geoms in self.link_geoms.values() for g in geoms):
             raise InputError(
-                "the fingers of the gripper have no shapes: no geom, collision or visual"
+                f"no gripper is found: {', '.join(links.name(branch[0]) for branch in branches)} "
+                "have no shapes: no geom, collision or visual"
             )
 
     def pose(self, posture: NDArray[np.float64]) -> None:

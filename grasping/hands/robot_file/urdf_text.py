@@ -55,6 +55,10 @@ def prepared_urdf(
     found: dict[str, str] = {}
     meshes: dict[str, bytes] = {}
     for link in root.findall("link"):
+        inertial = link.find("inertial")
+        if inertial is not None and None in (inertial.find("mass"), inertial.find("inertia")):
+            # MuJoCo refuses half of an inertia. The shapes have one, too.
+            link.remove(inertial)
         if link.find("collision") is not None:
             for visual in link.findall("visual"):
                 link.remove(visual)

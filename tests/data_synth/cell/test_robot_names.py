@@ -99,6 +99,25 @@ def test_files_are_as_good_as_names():
     assert turned.mount.translation[2] == 0.01
 
 
+@needs_files
+def test_gripper_of_a_urdf_gets_a_motor(tmp_path):
+    """One slide with a limit of effort, and one that mimics it."""
+    box = '<collision><geometry><box size=".01 .02 .06"/></geometry></collision>'
+    links = "".join(f'<link name="{name}">{box}</link>' for name in ("base", "left", "right"))
+    joints = "".join(
+        f'<joint name="{name}" type="prismatic"><parent link="base"/><child link="{name}"/>'
+        f'<origin xyz="{sign * 0.005} 0 .06"/><axis xyz="{sign} 0 0"/>'
+        f'<limit lower="0" upper=".04" effort="25" velocity="1"/>{more}</joint>'
+        for name, sign, more in (("left", 1, ""), ("right", -1, '<mimic joint="left"/>'))
+    )
+    (tmp_path / "jaws.urdf").write_text(f'<robot name="jaws">{links}{joints}</robot>')
+    robot = make_robot("ur5e", "jaws.urdf")
+
+    assert robot.mechanism.motors == ("left_motor",)
+    assert robot.mechanism.stroke == pytest.approx(0.08)
+    assert robot.mechanism.force == pytest.approx(12.5)
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [

@@ -286,7 +286,7 @@ def test_fingers_of_a_hand_are_jaws(name):
     assert built_in.pre_shape == hand.pre_shape
     for value in ("stroke", "min_opening", "finger_depth", "tip_advance", "mount_distance"):
         assert getattr(built_in, value) == pytest.approx(getattr(hand, value), abs=MM), value
-    model = read_model(path)
+    model, _ = read_model(path)
     assert {joint.name for joint in hand.joints} == {joint.name for joint in built_in.joints}
     for joint in hand.joints:
         low, high = model.jnt_range[model.joint(joint.name).id]

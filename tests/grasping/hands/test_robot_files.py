@@ -1,0 +1,107 @@
+"""Files of grippers as their tools write them: parts, units, prefixes, mesh formats, couplings."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import trimesh
+from gripper_files import rack_and_pinion
+
+from eyehand.errors import InputError
+from eyehand.grasping.hands import FileChoices, describe_hand
+
+HINGED = """<mujoco>{compiler}<worldbody><body name="base"><geom type="box" size=".05 .02 .01"/>
+<body name="a" pos=".03 0 .01"><joint name="ja" axis="0 -1 0" range="0 {end}"/>
+  <geom type="box" size=".003 .01 .03" pos=".003 0 .03"/></body>
+<body name="b" pos="-.03 0 .01"><joint name="jb" axis="0 1 0" range="0 {end}"/>
+  <geom type="box" size=".003 .01 .03" pos="-.003 0 .03"/></body>
+</body></worldbody><equality><joint joint1="jb" joint2="ja"/></equality></mujoco>"""
+"""MJCF: fingers of 60 mm, parallel and 60 mm apart when open, turn until their tips touch."""
+
+FINGER = """<body name="{n}" pos="{x} 0 .02"><joint name="{n}_base" axis="0 {s} 0" range="-40 50"/>
+  <geom type="capsule" size=".006" fromto="0 0 0 0 0 .04"/>
+  <body name="{n}_tip" pos="0 0 .04"><joint name="{n}_bend" axis="0 {s} 0" range="-40 50"/>
+    <geom type="capsule" size=".006" fromto="0 0 0 0 0 .03"/></body></body>"""
+COUPLED = """<mujoco><worldbody><body name="palm"><geom type="box" size=".05 .03 .01"/>{fingers}
+</body></worldbody><tendon><fixed name="bends"><joint joint="two_base" coef="1"/>
+<joint joint="two_bend" coef="2"/></fixed></tendon><equality>
+<joint joint1="one_bend" joint2="one_base" polycoef="0 -.5 0 0 0"/><tendon tendon1="bends"/>
+</equality></mujoco>""".format(
+    fingers=FINGER.format(n="one", x="-.03", s="1") + FINGER.format(n="two", x=".03", s="-1")
+)
+"""MJCF: two fingers of two links. The outer links turn back by half the angle of the inner ones."""
+
+
+@pytest.mark.parametrize(
+    "text", ["<mujocoinclude><body/></mujocoinclude>", "<mujoco><body/></mujoco>"]
+)
+def test_part_of_a_robot_names_the_file_that_includes_it(tmp_path, text):
+    (tmp_path / "hand.xml").write_text(text)
+    (tmp_path / "whole.xml").write_text('<mujoco><include file="hand.xml"/></mujoco>')
+
+    with pytest.raises(InputError, match=r"another file includes: give that file, .*whole\.xml"):
+        describe_hand(tmp_path / "hand.xml")
+
+
+def test_tags_of_other_tools_and_half_an_inertia_are_left_out(tmp_path):
+    path = tmp_path / "rack.urdf"
+    extra = '<inertial><mass value="1"/></inertial><drake:hull drake:on="1"><box/></drake:hull>'
+    path.write_text(rack_and_pinion().replace('<link name="left">', f'<link name="left">{extra}'))
+
+    assert describe_hand(path).hand.stroke == pytest.approx(0.09)
+
+
+@pytest.mark.parametrize("suffix", ["glb", "ply"])
+def test_meshes_of_other_formats(tmp_path, suffix):
+    path = tmp_path / "rack.urdf"
+    trimesh.creation.box((0.012, 0.02, 0.06)).export(tmp_path / f"finger.{suffix}")
+    path.write_text(rack_and_pinion(shape=f'<mesh filename="finger.{suffix}"/>'))
+    hand = describe_hand(path).hand
+
+    assert hand.stroke == pytest.approx(0.09)
+    assert (hand.pad_width, hand.pad_height) == pytest.approx((0.02, 0.06))
+
+    (tmp_path / f"finger.{suffix}").write_bytes(b"glTF no mesh")
+    with pytest.raises(InputError, match=rf"finger\.{suffix} cannot be read"):
+        describe_hand(path)
+
+
+def test_file_without_unit_of_angles_is_read_in_rad_where_degrees_cannot_be_meant(tmp_path):
+    strokes = []
+    for compiler, end in (("", "0.8"), ('<compiler angle="radian"/>', "0.8"), ("", "45.84")):
+        path = tmp_path / "hinged.xml"
+        path.write_text(HINGED.format(compiler=compiler, end=end))
+        found = describe_hand(path)
+        strokes.append(found.hand.stroke)
+        assert any("read in rad" in one for one in found.remarks) == (not strokes[1:])
+    # The pads enclose 60° when their tips touch, but they are parallel when open.
+    assert strokes == pytest.approx([0.06] * 3, abs=1e-4)
+
+
+def test_fingers_that_pinch_keep_the_ratios_of_their_joints(tmp_path):
+    path = tmp_path / "coupled.xml"
+    path.write_text(COUPLED)
+    hand = describe_hand(path, FileChoices(pinch=("one", "two"))).hand
+    joints = {joint.name: (joint.open, *joint.between) for joint in hand.joints}
+
+    assert hand.stroke > 0.03
+    for finger in ("one", "two"):
+        base, bend = (np.array(joints[f"{finger}_{part}"]) for part in ("base", "bend"))
+        np.testing.assert_allclose(bend, -0.5 * base, atol=1e-4)
+
+
+def test_two_arms_are_no_hand(tmp_path):
+    joint = '<joint name="{n}" axis="0 1 0" range="-90 90"/>'
+    link = '<body name="{n}" pos="0 0 {z}">' + joint + "{inner}</body>"
+    shape = '<geom type="capsule" size=".03" fromto="0 0 0 0 0 .3"/>'
+    arms = ""
+    for side, x in (("left", -0.2), ("right", 0.2)):
+        inner = shape
+        for number in (3, 2, 1):
+            inner = shape + link.format(n=f"{side}{number}", z=0.3, inner=inner)
+        arms += f'<body pos="{x} 0 0">{inner}</body>'
+    path = tmp_path / "torso.xml"
+    path.write_text(f'<mujoco><worldbody><body name="torso">{arms}</body></worldbody></mujoco>')
+
+    with pytest.raises(InputError, match=r"no gripper is found: .* as of an arm"):
+        describe_hand(path)
