@@ -23,6 +23,10 @@ other."""
 MAX_SIZE = 2000
 """Maximum size of a part, px at the reference width. A larger region may be an object that leans on
 a wall, unless it is a piece of a wall."""
+MIN_CUT_LENGTH = 0.075
+"""Minimum length at which the image cuts off a larger part, m. It is half of
+``select_objects.MAX_CUT_LENGTH``: a part of a robot close to this limit is no object in one image
+and an object in the next one, unless what it touches decides."""
 MIN_EXTENT = 0.4
 """Minimum diagonal of the bounding box of a piece of a wall, m. It is also flat."""
 SAMPLES = 400
@@ -41,7 +45,8 @@ def remove_attached(
 
     The surroundings are the regions at the border of the image that are no objects: a robot, a
     person, a wall. Their parts stand apart from them in the graph of patches, but touch them. Small
-    parts are removed, and those of any size that are a large flat face.
+    parts are removed, and those of any size that are a large flat face or that the image cuts off
+    too.
 
     Parameters
     ----------
@@ -78,10 +83,21 @@ def remove_attached(
         attached = touching >= MIN_CONTACT and touching + steps / length >= MIN_BESIDE
         if not attached or contact[1 : count + 1].sum() > MAX_OBJECT_CONTACT * length:
             continue
-        stays[label] = sizes[label] > max_size and not _is_flat_and_large(kept == label, image)
+        mask = kept == label
+        stays[label] = sizes[label] > max_size and not (
+            _cut_length(mask, image) >= MIN_CUT_LENGTH or _is_flat_and_large(mask, image)
+        )
     if stays[1:].all():
         return kept
     return renumber_labels(kept, np.where(stays, np.cumsum(stays), 0).astype(np.int32))
+
+
+def _cut_length(mask: NDArray[np.bool_], image: WorkingImage) -> float:
+    """Return the length over which the border of the image cuts a region (H, W) off, m."""
+    at_border = mask & (image.disparity > 0)
+    at_border[BORDER:-BORDER, BORDER:-BORDER] = False
+    points = image.points(*np.nonzero(at_border))
+    return float(np.linalg.norm(np.ptp(points, axis=0))) if len(points) else 0.0
 
 
 def _is_flat_and_large(mask: NDArray[np.bool_], image: WorkingImage) -> bool:

@@ -27,8 +27,9 @@ from .support_extent import Support, locate_support
 from .support_scatter import support_wave
 from .working_image import WorkingImage
 
-CANDIDATES = 120
-"""Planes that are tried as the support. More find smaller tables and take longer."""
+CANDIDATES = 480
+"""Planes that are tried as the support. More find smaller tables and take longer. With 120 the
+support of mirrored real frames lay up to 120 mm elsewhere, with 480 up to 12 mm."""
 SAMPLES = 2000
 """Pixels on which candidate planes are scored. More rank similar planes more reliably."""
 COARSE_WIDTH = 160
@@ -58,7 +59,7 @@ MIN_SHARE = 0.008
 """Minimum share of the samples that are inliers of a proposed plane."""
 MIN_COSINE = 0.95
 """Minimum cosine between the normals of a sample and of its plane."""
-REFITS = 8
+REFITS = 12
 """Reweighted least-squares fits of a proposed plane. Fewer leave it near its first hypothesis, and
 another hypothesis gives another plane."""
 TUKEY_WIDTH = 1.5

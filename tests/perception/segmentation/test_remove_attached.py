@@ -60,6 +60,16 @@ def test_large_region_is_removed_if_it_is_a_large_flat_face(monkeypatch, extent,
     assert remaining(scene(), [2, 3], bulge=bulge) == left
 
 
+@pytest.mark.parametrize(("length", "left"), [(1.0, {2, 3}), (0.1, {3})])
+def test_large_part_that_the_image_cuts_off_too_is_removed(monkeypatch, length, left):
+    monkeypatch.setattr(module, "MAX_SIZE", 100)
+    monkeypatch.setattr(module, "MIN_CUT_LENGTH", length)
+    regions = scene()
+    regions[70:, :30] = 0
+    regions[42:80, 20:30] = 2
+    assert remaining(regions, [2, 3], bulge=0.05) == left
+
+
 def test_part_of_a_region_inside_the_image_stays():
     regions = scene()
     regions[78:] = 0

@@ -1,7 +1,5 @@
 """Tests of support planes: votes equal NumPy; tables, shelves and floors are distinguished."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -184,21 +182,37 @@ def test_search_in_random_depth_terminates(seed):
     assert len(find_supports(image, SegmentationOptions())) <= 4
 
 
+def bent_depth(rng, bend):
+    """Return the noisy depth of a table, bent by `bend` in disparity at the sides, (240, 320)."""
+    rows, columns = np.mgrid[:240, :320]
+    bends = bend * (((columns - 160) / 160) ** 2 + ((rows - 120) / 120) ** 2)
+    return 1.0 / (1.2 + 0.0015 * rows + bends) + rng.normal(0, 0.0005, rows.shape)
+
+
+def first_support(depth):
+    camera = CameraIntrinsics(270.0, 270.0, 159.5, 119.5, 320, 240)
+    frame = DepthFrame(np.ascontiguousarray(depth, np.float32), camera)
+    return find_supports(exact_image(frame)._replace(noise=1e-3), OPTIONS.scaled(320))[0]
+
+
 @pytest.mark.parametrize("seed", range(4))
 def test_few_changed_readings_hardly_move_the_plane_of_a_bent_table(seed):
     rng = np.random.default_rng(seed)
-    rows, columns = np.mgrid[:240, :320]
-    bend = ((columns - 160) / 160) ** 2 + ((rows - 120) / 120) ** 2
-    depth = 1.0 / (1.2 + 0.0015 * rows + 0.006 * bend) + rng.normal(0, 0.0005, rows.shape)
-    camera = CameraIntrinsics(270.0, 270.0, 159.5, 119.5, 320, 240)
-    frame = DepthFrame(depth.astype(np.float32), camera)
-    (first, *_) = find_supports(exact_image(frame)._replace(noise=1e-3), OPTIONS.scaled(320))
+    depth = bent_depth(rng, 0.006)
+    first = first_support(depth)
     corners = first.hull @ first.axes - first.plane.offset * first.plane.normal
     for _ in range(4):
         moved = depth + rng.choice([-0.001, 0.0, 0.001], depth.shape, p=[0.0025, 0.995, 0.0025])
-        image = exact_image(replace(frame, depth=moved.astype(np.float32)))._replace(noise=1e-3)
-        (again, *_) = find_supports(image, OPTIONS.scaled(320))
-        assert np.abs(again.plane.height(corners)).max() < 0.0005
+        assert np.abs(first_support(moved).plane.height(corners)).max() < 0.0005
+
+
+@pytest.mark.parametrize("seed", [1, 4, 5])
+def test_mirrored_image_of_a_bent_table_gives_the_mirrored_plane(seed):
+    depth = bent_depth(np.random.default_rng(seed), 0.012)
+    first = first_support(depth)
+    corners = first.hull @ first.axes - first.plane.offset * first.plane.normal
+    mirrored = first_support(depth[:, ::-1]).plane
+    assert np.abs(mirrored.height(corners * [-1.0, 1.0, 1.0])).max() < 0.002
 
 
 def test_small_table_above_large_floor_is_first_support():
