@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eyehand.apps.console import print_json, say, show, tracked
-from eyehand.perception import SegmentationOptions, segment
+from eyehand.perception import Segmentation, SegmentationOptions, segment
 
 from ..bench import machine_line, write_csv
 from ..bench.experiment import markdown_table, result_table
@@ -30,6 +30,8 @@ vary by up to 9 of 128 objects, which is more than most settings differ."""
 COUNTS = (
     "objects",
     "right_copies",
+    "unsaid",
+    "false_alarms",
     *get_args(Verdict),
     "background",
     "background_inside",
@@ -43,6 +45,8 @@ COLUMNS = (
     ("right %", "{right_pct}"),
     ("right", "{right}"),
     ("right, copies", "{right_copies:.1f}"),
+    ("unsaid", "{unsaid:.1f}"),
+    ("false alarms", "{false_alarms:.1f}"),
     ("missed", "{missed}"),
     ("split", "{split}"),
     ("merged", "{merged}"),
@@ -62,9 +66,10 @@ def evaluate_points(folder: Path, options: SegmentationOptions, out: Path, *, js
     Frames with a colour image are segmented twice: from depth alone, and with colour. The last rows
     are the totals of each camera and of all frames. Each frame is also segmented in 5 copies with
     ±1 mm on 0.5 % of the readings, in 3 mirrored ones, and in 3 without the first row or columns.
-    These 11 copies and the frame itself give the mean number of right objects. The self-agreement
-    is the share of the pixels of either segmentation that keep their segment, in the worst
-    disturbed and in the worst mirrored or cropped copy.
+    These 11 copies and the frame itself give the mean numbers of right objects, of wrong ones that
+    no warning names, and of right ones that a warning names. The self-agreement is the share of
+    the pixels of either segmentation that keep their segment, in the worst disturbed and in the
+    worst moved copy.
     """
     frames = read_point_frames(folder)
     claim_folder(out)
@@ -90,14 +95,15 @@ def _row(annotated: PointFrame, colour: bool, options: SegmentationOptions) -> d
     frame = replace(annotated.frame, colour=annotated.colour if colour else None)
     found = segment(frame, options)
     check_usable(found, annotated.name)
-    disturbed = [
-        segment(disturbed_frame(frame, seed=NOISE_SEED + copy), options).labels
-        for copy in range(COPIES)
+    seeds = range(NOISE_SEED, NOISE_SEED + COPIES)
+    disturbed = [segment(disturbed_frame(frame, seed=seed), options) for seed in seeds]
+    moved = [
+        (segmented := segment(one.frame, options), one.restore(segmented.labels))
+        for one in moved_copies(frame)
     ]
-    moved = [one.restore(segment(one.frame, options).labels) for one in moved_copies(frame)]
-    copies = [found.labels, *disturbed, *moved]
-    right = [score_points(labels, annotated).count("right") for labels in copies]
-    score = score_points(found.labels, annotated)
+    copies = [(one, one.labels) for one in (found, *disturbed)] + moved
+    scores = [score_points(labels, annotated, _named(one)) for one, labels in copies]
+    score = scores[0]
     objects = len(score.verdicts)
     return {
         "name": annotated.name,
@@ -105,14 +111,21 @@ def _row(annotated: PointFrame, colour: bool, options: SegmentationOptions) -> d
         "objects": objects,
         "right_pct": round(100 * score.count("right") / max(objects, 1), 1),
         **{verdict: score.count(verdict) for verdict in get_args(Verdict)},
-        "right_copies": sum(right) / len(copies),
+        "right_copies": float(np.mean([one.count("right") for one in scores])),
+        "unsaid": float(np.mean([one.unsaid for one in scores])),
+        "false_alarms": float(np.mean([one.false_alarms for one in scores])),
         "background": score.background,
         "background_inside": score.background_inside,
         "surplus": score.surplus,
-        "self_agreement_pct": _worst_agreement(found.labels, disturbed),
-        "moved_agreement_pct": _worst_agreement(found.labels, moved),
+        "self_agreement_pct": _worst_agreement(found.labels, [one.labels for one in disturbed]),
+        "moved_agreement_pct": _worst_agreement(found.labels, [labels for _, labels in moved]),
         "ms": round(1e3 * sum(found.timings.values()), 1),
     }
+
+
+def _named(found: Segmentation) -> set[int]:
+    """Return the labels that warnings name."""
+    return {warning.label for warning in found.warnings if warning.label is not None}
 
 
 def _worst_agreement(labels: NDArray[np.int32], copies: Sequence[NDArray[np.int32]]) -> float:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import io
 import json
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
@@ -66,6 +66,11 @@ class PointScore:
     """Number of background points inside a segment."""
     surplus: int
     """Number of segments without any object point that do not touch an ignored region."""
+    unsaid: int
+    """Number of objects that are not right and without a warning that names one of their segments.
+    Missed objects are among them."""
+    false_alarms: int
+    """Number of right objects whose segment a warning names."""
 
     def count(self, verdict: Verdict) -> int:
         """Return the number of objects with a verdict."""
@@ -94,8 +99,13 @@ def frames_by_camera(frames: Sequence[PointFrame]) -> dict[str, list[PointFrame]
     return {_common_name([f.name for f in members]): members for members in groups.values()}
 
 
-def score_points(labels: NDArray[np.int32], truth: PointFrame) -> PointScore:
-    """Compare labels (H, W), 0 = no object, with the points of a frame."""
+def score_points(
+    labels: NDArray[np.int32], truth: PointFrame, named: Collection[int] = ()
+) -> PointScore:
+    """Compare labels (H, W), 0 = no object, with the points of a frame.
+
+    `named` are the labels that warnings name.
+    """
     carried = {name: labels[at[:, 1], at[:, 0]] for name, at in truth.objects.items()}
     behind = labels[truth.background[:, 1], truth.background[:, 0]]
     verdicts: dict[str, Verdict] = {}
@@ -104,7 +114,16 @@ def score_points(labels: NDArray[np.int32], truth: PointFrame) -> PointScore:
         verdicts[name] = _verdict(own, np.concatenate([*others, [0]]), behind)
     used = np.unique(np.concatenate([*carried.values(), labels[truth.ignored], [0]]))
     surplus = np.setdiff1d(np.unique(labels), used)
-    return PointScore(verdicts, len(behind), int(np.count_nonzero(behind)), len(surplus))
+    right = {name: verdict == "right" for name, verdict in verdicts.items()}
+    warned = {name: not set(own.tolist()).isdisjoint(named) for name, own in carried.items()}
+    return PointScore(
+        verdicts,
+        len(behind),
+        int(np.count_nonzero(behind)),
+        len(surplus),
+        unsaid=sum(not right[name] and not warned[name] for name in carried),
+        false_alarms=sum(right[name] and warned[name] for name in carried),
+    )
 
 
 def _common_name(names: Sequence[str]) -> str:

@@ -16,20 +16,21 @@ from .working_image import WorkingImage
 
 FLAT = "two of its parts meet without an edge"
 HIDDEN = "its parts were joined behind an occluder"
+NEARLY = "the evidence nearly joined it with its neighbour"
 COLOURED = "two plain colours meet on it along a straight edge"
 CUT = "it was split from its neighbour along a colour edge alone"
 SOLIDS = "it was split from its neighbour because two solids fit better than one"
 
 
 class UncertainJoin(NamedTuple):
-    """Two parts that were joined although they may be two objects."""
+    """Two parts that were joined although they may be two objects, or the reverse."""
 
     pixel_a: int
     """Flat index of a pixel of the first part."""
     pixel_b: int
     """Flat index of a pixel of the second part."""
     reason: str
-    """Why they may be two objects."""
+    """Why they may be two objects, or ``NEARLY`` if they are two and may be one."""
 
 
 def resolve_ambiguity(
@@ -45,7 +46,7 @@ def resolve_ambiguity(
     labels
         Objects 1..n by size, (H, W).
     uncertain
-        Joins of earlier stages that may be wrong.
+        Decisions of earlier stages that may be wrong.
     image
         Image of the objects.
     options
@@ -60,7 +61,7 @@ def resolve_ambiguity(
     ambiguous: dict[int, str] = {}
     flat = labels.ravel()
     for a, b, reason in uncertain:
-        if flat[a] == flat[b] > 0:
+        if reason != NEARLY and flat[a] == flat[b] > 0:
             ambiguous.setdefault(int(flat[a]), reason)
     if image.colour is not None or (options.split_solids and ambiguous):
         labels = labels.copy()
@@ -76,6 +77,11 @@ def resolve_ambiguity(
                 ambiguous[label] = ambiguous[following] = reason
             elif reason:
                 ambiguous.setdefault(label, reason)
+    flat = labels.ravel()
+    for a, b, reason in uncertain:
+        if reason == NEARLY and flat[a] != flat[b] and min(flat[a], flat[b]) > 0:
+            for label in (int(flat[a]), int(flat[b])):
+                ambiguous.setdefault(label, NEARLY)
     return relabel_with_reasons(labels, ambiguous) if ambiguous else (labels, ambiguous)
 
 

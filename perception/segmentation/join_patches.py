@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from .ambiguity import FLAT, HIDDEN, UncertainJoin
+from .ambiguity import FLAT, HIDDEN, NEARLY, UncertainJoin
 from .label_pixels import pixels_by_label, renumber_labels
 from .local_planes import LocalPlanes
 from .patch_edges import PatchEdges, patch_edges
@@ -64,6 +64,8 @@ more often. With 0 some bowls stay in halves, with 0.6 solids in a heap are join
 EQUAL_COLOUR = 0.6
 """Weight of equal colours in the second round: neighbours in a tote may have one colour. With 0.4
 parts of real objects stay apart."""
+NEARLY_JOINED = -1.7
+"""Log-odds of two regions that touch above which they may be one object."""
 BRIDGE = 5
 """Distance over which patches replace the slivers between them, px at the reference width."""
 FLAT_ANGLE = 0.06
@@ -99,7 +101,7 @@ def join_patches(
     Returns
     -------
     labels, uncertain
-        Objects (H, W) int32 in arbitrary numbers, 0 stays 0; and the joins that may be wrong.
+        Objects (H, W) int32 in arbitrary numbers, 0 stays 0; and the decisions that may be wrong.
     """
     count = int(patches.max(initial=0))
     if count < 2:
@@ -107,16 +109,19 @@ def join_patches(
     slivers = find_slivers(patches, image)
     broad = replace_by_nearest(patches, slivers, image.length(BRIDGE)) if slivers.any() else patches
     edges = patch_edges(broad, image, planes, window, hidden=hidden)
-    weights = edge_weights(edges)
-    parent = contract_edges(edges.pairs, weights, count)
+    parent = contract_edges(edges.pairs, edge_weights(edges), count)
+    uncertain: list[UncertainJoin] = []
     if have_contact(edges, parent):
-        parent = _join_regions(renumber_labels(broad, parent), image, planes, window, count)[parent]
+        regions = renumber_labels(broad, parent)
+        joined, uncertain = _join_regions(regions, image, planes, window, count)
+        parent = joined[parent]
     if slivers.any():
         # Few pixels have no reliable colour: it changed the score of no annotated frame.
         plain = image._replace(colour=None)
         thin = patch_edges(patches, plain, planes, window, hidden=False, beside=slivers)
         _attach_slivers(thin.pairs, edge_weights(thin), slivers, parent)
-    return renumber_labels(patches, parent), _uncertain_joins(patches, edges, parent, min_object)
+    uncertain += _uncertain_joins(patches, edges, parent, min_object)
+    return renumber_labels(patches, parent), uncertain
 
 
 def edge_weights(edges: PatchEdges) -> NDArray[np.float64]:
@@ -195,13 +200,25 @@ def _join_regions(
     planes: LocalPlanes,
     window: int,
     count: int,
-) -> NDArray[np.int32]:
-    """Join regions (H, W) that touch, by evidence between them; return (count + 1,) new labels."""
+) -> tuple[NDArray[np.int32], list[UncertainJoin]]:
+    """Join regions (H, W) that touch, by evidence between them.
+
+    Returns (count + 1,) new labels, and the pairs of regions that were nearly joined.
+    """
     edges = patch_edges(regions, image, planes, window, hidden=False)
     colour = np.where(edges.colour > 0, EQUAL_COLOUR * edges.colour, edges.colour)
     weights = edge_weights(edges._replace(colour=colour)) + REGION_PRIOR
     loose = (edges.touching < MIN_TOUCHING) | (edges.contact < MIN_CONTACT)
-    return contract_edges(edges.pairs, np.where(loose, np.minimum(weights, 0.0), weights), count)
+    weights = np.where(loose, np.minimum(weights, 0.0), weights)
+    parent = contract_edges(edges.pairs, weights, count)
+    near = (weights > NEARLY_JOINED) & ~loose
+    order, starts = pixels_by_label(regions, count)
+    nearly = [
+        UncertainJoin(int(order[starts[a]]), int(order[starts[b]]), NEARLY)
+        for a, b in edges.pairs[near].tolist()
+        if parent[a] != parent[b]
+    ]
+    return parent, nearly
 
 
 def find_slivers(patches: NDArray[np.int32], image: WorkingImage) -> NDArray[np.bool_]:

@@ -48,6 +48,15 @@ def test_verdicts(row, verdict):
     assert score_points(labels_of(row), truth).verdicts["cup"] == verdict
 
 
+@pytest.mark.parametrize(
+    ("named", "unsaid", "false_alarms"), [((), 3, 0), ({1}, 3, 1), ({2}, 1, 0), ({2, 3}, 1, 0)]
+)
+def test_warnings_are_compared_with_the_verdicts(named, unsaid, false_alarms):
+    truth = annotated({"cup": [0, 1], "box": [2], "tin": [3], "pen": [4]}, [9])
+    score = score_points(labels_of([1, 1, 2, 2, 0]), truth, named)
+    assert (score.unsaid, score.false_alarms) == (unsaid, false_alarms)
+
+
 def test_surplus_segments_hold_no_point_and_touch_no_ignored_region():
     labels = labels_of([1, 0, 0])
     labels[5, 5], labels[5, 15] = 2, 3

@@ -7,6 +7,8 @@ from hypothesis import strategies as st
 from synthetic_solids import Ball, Box, exact_image, heights, solid_frame
 
 from eyehand.perception import SegmentationOptions
+from eyehand.perception.segmentation import join_patches as module
+from eyehand.perception.segmentation.ambiguity import NEARLY
 from eyehand.perception.segmentation.join_patches import (
     COLOUR_GAIN,
     EQUAL_HIDDEN_GAIN,
@@ -159,6 +161,20 @@ def test_ball_halves_are_one_object():
 def test_two_solids_stay_separate(solids):
     first, second_object = join(solids)
     assert not first & second_object
+
+
+@pytest.mark.parametrize(("least", "reported"), [(-100.0, True), (100.0, False)])
+def test_solids_that_are_nearly_joined_are_reported(monkeypatch, least, reported):
+    monkeypatch.setattr(module, "NEARLY_JOINED", least)
+    frame, patches = solid_frame(
+        [Box(0.0, 0.8, (0.3, 0.05, 0.2)), Box(0.0, 0.7, (0.3, 0.15, 0.05))]
+    )
+    image = exact_image(frame)
+    planes = fit_local_planes(image, OPTIONS)
+    labels, uncertain = join_patches(patches, image, planes, OPTIONS.window, OPTIONS.min_object)
+    flat = labels.ravel()
+    near = [one for one in uncertain if one.reason == NEARLY]
+    assert [flat[one.pixel_a] != flat[one.pixel_b] for one in near] == [True] * reported
 
 
 def test_fewer_than_two_patches_stay_unchanged():
