@@ -11,7 +11,7 @@ from .grasp import Grasp
 from .scoring import GRAVITY, success_probability
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Collection, Sequence
 
     from numpy.typing import NDArray
 
@@ -55,6 +55,7 @@ def ranked_grasps(
     # One call for all poses: each would take 0.3 ms.
     poses = RigidTransform.from_matrix(matrices)
     success = success_probability(scored.terms)
+    doubtful = {one.label for one in scene.warnings if one.kind == "may_be_several"}
     return [
         _grasp(
             scored,
@@ -64,6 +65,7 @@ def ranked_grasps(
             surfaces[int(scored.candidates.object[index])],
             _forbidden(scored, index, surfaces, scene, hand, options),
             up_direction(scene),
+            doubtful,
         )
         for index in np.argsort(-success, kind="stable")
     ]
@@ -118,8 +120,9 @@ def _grasp(
     surface: ObjectSurface,
     forbidden: tuple[str, ...],
     up: NDArray[np.float64],
+    doubtful: Collection[int | None],
 ) -> Grasp:
-    """Return the grasp of a candidate."""
+    """Return the grasp of a candidate; `doubtful` are the objects that may be several."""
     approach = scored.candidates.rotation[index][:, 2]
     angle = float(np.arccos(np.clip(-approach @ up, -1.0, 1.0)))
     width = float(scored.contact.width[index])
@@ -127,6 +130,7 @@ def _grasp(
     terms = {name: float(term[index]) for name, term in scored.terms.items()}
     deeper = float(scored.deeper[index])
     until = f", up to {1e3 * deeper:.0f} mm deeper until contact" if deeper else ""
+    doubt = " (may be more or less than one)" if surface.label in doubtful else ""
     return Grasp(
         T_scene_tcp=pose,
         width=float(scored.opening[index]),
@@ -135,7 +139,7 @@ def _grasp(
         object_width=width,
         success=success,
         terms=terms,
-        reason=f"object {surface.label}, {1e3 * width:.0f} mm wide, {kind}{until}",
+        reason=f"object {surface.label}{doubt}, {1e3 * width:.0f} mm wide, {kind}{until}",
         object_size=surface.size,
         safe=not forbidden,
         forbidden_by=forbidden,

@@ -50,6 +50,15 @@ def test_heavy_and_unsupported_objects_are_not_safe():
     assert all("no support was found" in g.forbidden_by for g in plan_grasps(loose, PANDA))
 
 
+def test_object_that_may_be_several_is_named_so():
+    scene = scene_of(can(0.02, 0.06), can(0.02, 0.06, (0.2, 0.0), label=2))
+    warning = SceneWarning("may_be_several", "object 2 may be more than one", 2)
+    segmentation = replace(scene.segmentation, warnings=(warning,))
+    grasps = plan_grasps(replace(scene, segmentation=segmentation), PANDA)
+    named = {grasp.object_label: "more or less than one" in grasp.reason for grasp in grasps}
+    assert named == {1: False, 2: True}
+
+
 def test_object_cut_by_the_image_is_not_safe():
     scene = scene_of(can(0.02, 0.06), can(0.02, 0.06, (0.2, 0.0), label=2))
     warning = SceneWarning("cut_by_image", "object 2 is cut off", 2)
