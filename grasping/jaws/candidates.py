@@ -24,6 +24,10 @@ ROUND_STEPS = 12
 MAX_UPRIGHT = 0.8
 """Maximum cosine between the closing axis and the vertical. A finger cannot reach below an object
 that stands on the support."""
+SAME_AXIS = np.cos(np.radians(15.0))
+"""Cosine from which two closing axes count as the same."""
+MIN_LEVEL = 0.5
+"""Minimum sine between an axis of a solid and the vertical, for a level axis across it."""
 SHIFTS = (0.0, -0.45, 0.45)
 """Offsets from the middle across closing axis and approach, as shares of the half length."""
 MIN_SHIFTED = 0.012
@@ -124,7 +128,9 @@ def solid_candidates(
 def closing_axes(solid: Superquadric, up: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the unit closing axes of a solid, (k, 3): its axes, and those of round sections.
 
-    Axes that are nearly vertical are left out.
+    Axes that are nearly vertical are left out. A solid whose axes are tilted also has the level
+    axes across them: a low object allows only those, because a finger needs room below a tilted
+    one.
     """
     frame = solid.rotation
     e1, e2 = solid.exponents
@@ -139,6 +145,11 @@ def closing_axes(solid: Superquadric, up: NDArray[np.float64]) -> NDArray[np.flo
                 np.cos(angle) * frame[:, first] + np.sin(angle) * frame[:, second]
                 for angle in angles
             ]
+    level = np.cross(up, frame.T)
+    sine = np.linalg.norm(level, axis=1)
+    for axis, length in zip(level, sine, strict=True):
+        if length >= MIN_LEVEL and np.abs(axes @ axis).max() < SAME_AXIS * length:
+            axes.append(axis / length)
     found = np.array(axes)
     return found[np.abs(found @ up) <= MAX_UPRIGHT]
 

@@ -36,6 +36,8 @@ UNFITTED_TERM, DOUBTFUL_TERM = 0.7, 0.95
 BUMP_SIGMAS, BUMP_SCALE = 11.0, 2.0
 """Height of an object in standard deviations of the support at which it is as likely a bump of the
 noise, and the width of the transition. Noise in blotches makes bumps of 8."""
+MIN_EXISTENCE = 0.2
+"""Probability below which an object counts as a bump: its height is 8.2 standard deviations."""
 MIN_PLANE_NOISE = 1e-4
 """Minimum standard deviation of the support's readings, m."""
 STACKED_TERM = 0.75
@@ -111,6 +113,10 @@ def _contact_candidates(
     rejected: dict[int, Counter[str]],
 ) -> ScoredCandidates | None:
     """Return the candidates of an object with contacts, the best ones."""
+    existence = _existence(item, scene)
+    if existence < MIN_EXISTENCE:
+        rejected[item.label]["as low as bumps of the noise"] += 1
+        return None
     parts = [solid_candidates(solid, number, hand, up, options) for solid in surface.solids]
     if surface.vessel is not None:
         parts.append(rim_candidates(surface.vessel, number, hand, up, options))
@@ -135,7 +141,9 @@ def _contact_candidates(
         hand,
         options,
     )
-    terms["object"] = np.full(len(found), _object_term(item, surface, scene))
+    shape = UNFITTED_TERM if not surface.fitted else DOUBTFUL_TERM if item.doubtful else 1.0
+    terms["object"] = np.full(len(found), shape)
+    terms["existence"] = np.full(len(found), existence)
     opening, unknown = np.full(len(found), hand.stroke), np.zeros((len(found), 2))
     scored = ScoredCandidates(found, contact, opening, terms, unknown, unknown, unknown[:, 0])
     total = scored.total
@@ -148,14 +156,13 @@ def _contact_candidates(
     return scored.take(order) if len(order) else None
 
 
-def _object_term(item: SceneObject, surface: ObjectSurface, scene: Scene) -> float:
-    """Return the probability that there is an object, and that it is what its solids say."""
-    term = UNFITTED_TERM if not surface.fitted else DOUBTFUL_TERM if item.doubtful else 1.0
-    if scene.support is not None:
-        top = float(np.percentile(scene.support.height(item.points), 95))
-        noise = max(scene.support.tolerance, MIN_PLANE_NOISE)
-        term *= float(expit((top / noise - BUMP_SIGMAS) / BUMP_SCALE))
-    return term
+def _existence(item: SceneObject, scene: Scene) -> float:
+    """Return the probability that there is an object, and no bump of the support's noise."""
+    if scene.support is None:
+        return 1.0
+    top = float(np.percentile(scene.support.height(item.points), 95))
+    noise = max(scene.support.tolerance, MIN_PLANE_NOISE)
+    return float(expit((top / noise - BUMP_SIGMAS) / BUMP_SCALE))
 
 
 def _width_sigma(item: SceneObject, closing: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -50,15 +50,18 @@ SUCCESS_ODDS = 4.3
 """Odds of success over those of the product of the terms. The terms are not independent: what
 lowers one lowers others. Fitted to 200 grasps of the development objects that were not too heavy;
 the logistic slope was 1.00."""
-INDEPENDENT = "depth_error"
-"""The term that is independent of the others: one error of the scale moves the whole scene."""
+INDEPENDENT = ("depth_error", "existence")
+"""The terms that are independent of the others: one error of the scale moves the whole scene, and a
+bump of noise is no object, whatever else speaks for its grasp."""
 
 
 def success_probability(terms: Mapping[str, NDArray[np.float64]]) -> NDArray[np.float64]:
     """Return the probability of success of grasps (n,) from their terms, (n,) each."""
-    product = np.prod([term for name, term in terms.items() if name != INDEPENDENT], axis=0)
+    product = np.prod([term for name, term in terms.items() if name not in INDEPENDENT], axis=0)
     together = SUCCESS_ODDS * product / (1.0 + (SUCCESS_ODDS - 1.0) * product)
-    return together * terms.get(INDEPENDENT, 1.0)
+    for name in INDEPENDENT:
+        together = together * terms.get(name, 1.0)
+    return together
 
 
 @dataclass(frozen=True, eq=False)

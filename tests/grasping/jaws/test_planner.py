@@ -14,7 +14,7 @@ from eyehand.grasping import JawOptions, ParallelHand, generic_jaw, load_hand, p
 from eyehand.grasping.jaw_plan import jaw_plans
 from eyehand.grasping.jaws import Grasp
 from eyehand.grasping.jaws.candidates import solid_candidates
-from eyehand.grasping.jaws.scoring import SUCCESS_ODDS
+from eyehand.grasping.jaws.scoring import INDEPENDENT, SUCCESS_ODDS
 from eyehand.grasping.transport_phases import gripped_too_thin
 
 PANDA = load_hand("panda")
@@ -37,9 +37,9 @@ def test_box_is_gripped_across_its_narrow_side():
     assert abs(best.closing @ narrow) > 0.98
     assert best.object_label == 1
     assert 0.5 < best.success <= 1.0
-    product = np.prod([term for name, term in best.terms.items() if name != "depth_error"])
+    product = np.prod([term for name, term in best.terms.items() if name not in INDEPENDENT])
     odds = SUCCESS_ODDS * product / (1.0 - product)
-    expected = best.terms["depth_error"] * odds / (1.0 + odds)
+    expected = best.terms["depth_error"] * best.terms["existence"] * odds / (1.0 + odds)
     assert best.success == pytest.approx(expected, rel=1e-9)
     assert [one.success for one in grasps] == sorted((g.success for g in grasps), reverse=True)
 
@@ -139,6 +139,37 @@ def test_poses_before_and_after_lie_on_the_approach():
     after = np.asarray(grasp.retreat.translation) - grasp.position
     assert np.linalg.norm(after) == pytest.approx(0.1)
     assert after[2] > 0
+
+
+def test_bump_of_the_noise_is_no_object():
+    scene = scene_of(box((0.04, 0.03, 0.02)))
+    assert scene.support is not None
+    noisy = [
+        plan_grasps(replace(scene, support=replace(scene.support, tolerance=0.02 / sigmas)), PANDA)
+        for sigmas in (6.0, 10.0, 100.0)
+    ]
+    assert not noisy[0]
+    assert noisy[0].reason == "no grasp is possible: as low as bumps of the noise (1)"
+    assert noisy[1][0].terms["existence"] == pytest.approx(0.378, abs=0.01)
+    assert noisy[1][0].success == pytest.approx(0.378 * noisy[2][0].success, abs=0.01)
+
+
+def test_low_object_with_tilted_axes_is_gripped_level():
+    # The axes of the fit are 40° from the horizontal. Only a level closing axis leaves room below.
+    scene = scene_of(box((0.12, 0.05, 0.02)))
+    flat = scene.objects[0]
+    solid = flat.fit.superquadric
+    assert solid is not None
+    turn = RigidTransform.from_rotation(Rotation.from_rotvec([0.7, 0.0, 0.0]))
+    pose = solid.pose * turn
+    round_one = replace(
+        solid, semi_axes=np.array([0.06, 0.025, 0.012]), exponents=(1.0, 1.0), pose=pose
+    )
+    item = replace(flat, fit=replace(flat.fit, superquadric=round_one))
+    grasps = plan_grasps(replace(scene, objects=(item,)), PANDA)
+    assert grasps
+    assert grasps[0].success > 0.3
+    assert abs(grasps[0].closing[2]) < 0.1
 
 
 def test_failed_grasp_ranks_lower():
