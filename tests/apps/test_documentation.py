@@ -47,6 +47,7 @@ PRINTED = {
     "from eyehand.tactile import MemoryFilter": "error of the predicted images 0.0",
     "from eyehand.grasping import select_prototype": "1 tapered [0.0",
     "from eyehand.grasping import load_hand": "% safe",
+    "import json": "name='my gripper', stroke=0.06",
     "from eyehand.control": "reached",
     "from eyehand.perception import perceive\nfrom eyehand.perception.cameras": "6 objects",
     "import numpy as np\nfrom eyehand.apps": "ended: clear",
