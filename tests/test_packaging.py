@@ -145,6 +145,19 @@ def test_importing_a_room_loads_no_heavy_library():
     assert json.loads(done.stdout.splitlines()[-1]) == expected
 
 
+def test_commands_load_without_extras():
+    # The core has no extras: there the help, and the completion of the shell, import all commands.
+    program = (
+        "import importlib, sys\n"
+        "from eyehand.apps.command_table import COMMANDS, EXTRAS\n"
+        "sys.modules.update(dict.fromkeys([*EXTRAS, 'PIL']))\n"
+        "for where, _ in COMMANDS.values():\n"
+        "    importlib.import_module(where.partition(':')[0])\n"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, cwd=ROOT)
+    assert done.returncode == 0, done.stderr
+
+
 def _code_folders() -> list[str]:
     """List the folders of the rooms that hold Python files, as paths from the root."""
     files = (path for room in ARROWS for path in (ROOT / room).rglob("*.py"))

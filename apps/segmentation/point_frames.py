@@ -16,7 +16,6 @@ from typing import Any, Literal
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image
 
 from eyehand.errors import InputError
 from eyehand.perception import DepthFrame, read_frame
@@ -170,6 +169,9 @@ def _read(path: Path) -> PointFrame:
 def _read_colour(path: Path, frame: DepthFrame) -> NDArray[np.uint8] | None:
     if not path.is_file():
         return None
+    # Pillow comes with the extra `view`. The modules of all commands load without extras.
+    from PIL import Image
+
     data = read_bytes(path)
     try:
         # Only the header is read here: an image of any size is refused before it is unpacked.
