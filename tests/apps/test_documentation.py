@@ -48,6 +48,7 @@ PRINTED = {
     "from eyehand.grasping import select_prototype": "1 tapered [0.0",
     "from eyehand.grasping import load_hand": "% safe",
     "import json": "name='my gripper', stroke=0.06",
+    "from scipy.spatial.transform import RigidTransform, Rotation": "hand [[",
     "from eyehand.control": "reached",
     "from eyehand.perception import perceive\nfrom eyehand.perception.cameras": "6 objects",
     "import numpy as np\nfrom eyehand.apps": "ended: clear",
