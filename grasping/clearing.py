@@ -191,7 +191,7 @@ def _select(run: _Clearing) -> Step:
 def _view_again(run: _Clearing) -> Step:
     """Observe the selected object from another direction, and select again in the fused scene.
 
-    The first selection stays if the view is not valid or leaves no grasp.
+    The first selection stays if the view is not valid, or gives no grasp with a better score.
     """
     grasp, wrist = run.selection.grasp, run.cell.wrist_camera
     assert grasp is not None, "a grasp was selected"
@@ -204,9 +204,13 @@ def _view_again(run: _Clearing) -> Step:
     if second.scene is not None:
         first, run.scene = run.scene, second.scene
         _run_selection(run, run.grasp_options)
-        run.scene = first if run.selection.grasp is None else second.scene
+        found = run.selection.grasp
         run.stop_reason = ""
-    chosen = run.selection.grasp or replace(grasp, perceive_ms=run.perceive_ms)
+        if found is not None and found.plan.score.total > grasp.plan.score.total:
+            grasp = found
+        else:
+            run.scene = first
+    chosen = replace(grasp, perceive_ms=run.perceive_ms)
     run.selection = replace(run.selection, grasp=replace(chosen, view=second.record))
     return _pick
 

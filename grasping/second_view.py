@@ -32,8 +32,8 @@ if TYPE_CHECKING:
     from .tray import Tray
 
 DOUBTFUL_SCORE = 0.25
-"""Score of a grasp below which a second view pays. In development piles 68 % of such picks succeed,
-and 98 % of the others."""
+"""Score of a grasp below which it is doubtful. In development piles 68 % of such picks succeed, and
+98 % of the others."""
 VIEW_DISTANCE = 0.40
 """Distance of the camera from the object, m. Depth cameras need 0.3 m."""
 ELEVATIONS = (35.0, 55.0, 75.0)
@@ -77,7 +77,7 @@ class SecondView:
 
 
 def is_doubtful(plan: GraspPlan) -> bool:
-    """Return whether a grasp will succeed so seldom that a second view pays."""
+    """Return whether a grasp will succeed so seldom that a second view may help."""
     return plan.score.total < DOUBTFUL_SCORE
 
 
