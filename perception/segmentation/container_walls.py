@@ -39,7 +39,7 @@ MAX_EDGE_RESIDUAL = 0.008
 """Maximum distance of a place's rim from the straight rim of the wall, m."""
 MAX_SLOPE = 0.2
 """Maximum tangent of the angle between the straight rim of a wall and its side of the rectangle. A
-larger one comes from a few places of a side that the image cuts off."""
+larger one comes from a few places, and two of them may be parallel."""
 MIN_THICKNESS, MAX_THICKNESS = 0.003, 0.04
 """Bounds of the thickness of a wall, m."""
 FACE_BANDS = 6
@@ -93,7 +93,7 @@ def measure_sides(
     heights: NDArray[np.float64],
     floor: float,
     level: float | None = None,
-    visible: NDArray[np.float64] | None = None,
+    visible: NDArray[np.bool_] | None = None,
 ) -> list[Side]:
     """Measure the walls along the sides of a polygon.
 
@@ -111,8 +111,9 @@ def measure_sides(
         Height of the rim above the reference plane, m, if it is known. Readings above it belong to
         the contents.
     visible
-        First and last place (K, 2) of each side within the image, as shares of its length. Only
-        these places are measured. By default all of them are.
+        Mask (K, M) of equally spaced places along each side that no content hides and that are in
+        the image. Only the part from the first to the last one is measured, and hidden places in it
+        count neither for nor against a wall. By default all places are visible.
 
     Returns
     -------
@@ -124,12 +125,18 @@ def measure_sides(
     if level is not None:
         lowest, highest = level - 2 * LEVEL_BAND, level + TOP_TOLERANCE
     if visible is None:
-        visible = np.tile([0.0, 1.0], (len(corners), 1))
+        visible = np.ones((len(corners), 2), bool)
     sides = []
     ends = np.roll(corners, -1, axis=0)
-    for start, end, (first, last) in zip(corners, ends, visible, strict=True):
-        part = start + first * (end - start), start + last * (end - start)
-        sides.append(_measure_side(*part, plan, heights, (floor, lowest, highest)))
+    for start, end, mask in zip(corners, ends, visible, strict=True):
+        places = np.flatnonzero(mask)
+        # A side without a visible part keeps its direction.
+        part = start, end
+        share = 0.0
+        if len(places) > 1:
+            part = tuple(start + k / (len(mask) - 1) * (end - start) for k in places[[0, -1]])
+            share = len(places) / (places[-1] - places[0] + 1)
+        sides.append(_measure_side(*part, plan, heights, (floor, lowest, highest), share))
     seen = [side for side in sides if side.seen]
     if not seen:
         rising = (heights > floor + MIN_RIM) & (heights <= highest)
@@ -154,32 +161,34 @@ def _measure_side(
     plan: NDArray[np.float64],
     heights: NDArray[np.float64],
     levels: tuple[float, float, float],
+    share: float,
 ) -> Side:
     """Measure one wall.
 
     `levels` are the height of the floor, the least height of a rim, and the greatest height of
-    readings that count, m.
+    readings that count, m. `share` is the share of its places that nothing hides.
     """
     floor, lowest, highest = levels
     length = float(np.linalg.norm(end - start))
     along = (end - start) / max(length, 1e-9)
     outwards = np.array([along[1], -along[0]])
     unseen = Side(start, along, floor, MIN_THICKNESS, None, seen=False)
-    if int((length - 2 * CORNER) / PLACE) < 3:
+    if share <= 0 or int((length - 2 * CORNER) / PLACE) < 3:
         return unseen
     side, strip = (start, along, length), (CORNER, REACH, PLACE, CELL)
     readings, place, profile = read_strip(plan, heights, side, (floor + MIN_RIM, highest), strip)
     if not len(readings):
         return unseen
     count = len(profile)
+    least = max(MIN_AGREEING * share * count, 3.0)
     tops = profile.max(axis=1)
     risen = tops > lowest
-    if np.count_nonzero(risen) < MIN_AGREEING * count:
+    if np.count_nonzero(risen) < least:
         return unseen
     top = float(np.median(tops[risen]))
     tolerance = max(TOP_SHARE * (top - floor), TOP_TOLERANCE)
     agreeing = risen & (np.abs(tops - top) <= tolerance)
-    if np.count_nonzero(agreeing) < MIN_AGREEING * count:
+    if np.count_nonzero(agreeing) < least:
         return unseen
     edge_level = top - max(EDGE_SHARE * (top - floor), TOP_TOLERANCE)
     inner, outer = (CELL * edges - REACH for edges in outermost_run(profile, edge_level))
@@ -188,10 +197,10 @@ def _measure_side(
     # A surface that is still high at the end of the profile has its rim farther outside.
     agreeing &= (outer - inner <= MAX_THICKNESS) & (outer <= REACH - 2 * CELL)
     straight = agreeing & (np.abs(inner - shift) <= 2 * MAX_EDGE_RESIDUAL)
-    if np.count_nonzero(straight) >= MIN_AGREEING * count:
+    if np.count_nonzero(straight) >= least:
         slope, shift = np.polyfit(middles[straight], inner[straight], 1)
         straight = agreeing & (np.abs(inner - shift - slope * middles) <= MAX_EDGE_RESIDUAL)
-    if abs(slope) > MAX_SLOPE or np.count_nonzero(straight) < MIN_AGREEING * count:
+    if abs(slope) > MAX_SLOPE or np.count_nonzero(straight) < least:
         return unseen
     thickness = float(np.median((outer - inner)[straight]))
     turned = (along + slope * outwards) / np.hypot(1.0, slope)

@@ -15,6 +15,7 @@ from .container_walls import REACH, Side, measure_sides
 from .median import median
 from .result import SupportPlane
 from .rim_rectangles import RimPlace
+from .rim_votes import count_visible
 from .support_extent import Support
 from .wall_profile import inside_polygon, read_window
 from .working_image import WorkingImage
@@ -91,7 +92,7 @@ def measure_container(
     inside = inside_polygon(readings.plan, corners, REACH / 2)
     inside &= readings.within.ravel()[readings.pixels] > 0
     floor, tolerance, seen = _find_floor(readings, inside, plane)
-    visible = None if level is None else _visible_parts(place.ring, image)
+    visible = None if level is None else _visible_places(place.ring, image)
     sides = measure_sides(corners, readings.plan, readings.heights, floor, level, visible)
     floor_plane = SupportPlane(plane.normal, plane.offset - floor, tolerance)
     tops = np.array([side.top for side in sides]) - floor
@@ -105,21 +106,15 @@ def measure_container(
     return FoundContainer(container, _side_table(sides, floor), support, window)
 
 
-def _visible_parts(ring: NDArray[np.float64], image: WorkingImage) -> NDArray[np.float64]:
-    """Return the first and last place (K, 2) of each side of a ring (K, 3) within the image.
-
-    They are shares of the length of the side, 0 and 0 where it is outside the image.
-    """
+def _visible_places(ring: NDArray[np.float64], image: WorkingImage) -> NDArray[np.bool_]:
+    """Return a mask (K, SIDE_SAMPLES) of the visible places along each side of a ring (K, 3)."""
+    directions = np.roll(ring, -1, axis=0) - ring
     shares = np.linspace(0.0, 1.0, SIDE_SAMPLES)
-    ends = np.roll(ring, -1, axis=0)
-    pixels = image.intrinsics.project(ring[:, None] + shares[:, None] * (ends - ring)[:, None])
-    size = np.array(image.depth.shape[::-1])
-    inside = np.all((pixels > 0) & (pixels < size), axis=-1)
-    parts = np.zeros((len(ring), 2))
-    for part, seen in zip(parts, inside, strict=True):
-        if seen.any():
-            part[:] = shares[np.flatnonzero(seen)[[0, -1]]]
-    return parts
+    counts = [
+        count_visible(start[None], shares, direction, image.pinhole, image.depth)[0, :, 1]
+        for start, direction in zip(ring, directions, strict=True)
+    ]
+    return np.diff(np.array(counts), axis=1) > 0
 
 
 def _side_table(sides: list[Side], floor: float) -> NDArray[np.float64]:

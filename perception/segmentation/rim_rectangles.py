@@ -16,7 +16,7 @@ from .rim_votes import (
     LAYER,
     MIN_LENGTH,
     PLACE,
-    count_inside,
+    count_visible,
     cover_places,
     search_rectangle,
     side_peaks,
@@ -238,7 +238,7 @@ def _seen_places(
     axes: NDArray[np.float64],
     view: tuple[WorkingImage, SupportPlane, float],
 ) -> NDArray[np.int32]:
-    """Count the places within the image before each place along each side, (K, places + 1).
+    """Count the places within the image, and the visible ones, before each place along each side.
 
     `axes` are the directions across and along the sides in plan as rows. `view` is the image, the
     plane, and the height of the sides above it, m.
@@ -247,7 +247,7 @@ def _seen_places(
     along = low + (np.arange(places) + 0.5) * PLACE
     directions = axes @ perpendicular_pair(plane.normal)
     base = sides[:, None] * directions[0] + (height - plane.offset) * plane.normal
-    return count_inside(base, along, directions[1], image.pinhole, image.depth.shape)
+    return count_visible(base, along, directions[1], image.pinhole, image.depth)
 
 
 def _overlap(rim: Rim, other: Rim) -> bool:

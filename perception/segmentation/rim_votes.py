@@ -17,6 +17,8 @@ PEAKS = 5
 """Number of possible sides along each direction, those with the most votes first."""
 MIN_COVER = 0.4
 """Share of covered places from which a side speaks for a rectangle."""
+MAX_NEARER = 0.02
+"""Distance before a place of a side from which a reading hides it, m."""
 MIN_LENGTH = 0.12
 """Minimum length of the edges in a layer, m."""
 
@@ -119,8 +121,11 @@ def side_peaks(values, sizes):
 def search_rectangle(xs, ys, covered, seen, lows):
     """Return the best bounds (x0, x1, y0, y1), its evidence, m, and its least cover.
 
-    Places outside the image do not count. The cover is that of all places or that of the places in
-    the quarters at the corners, whichever is less.
+    `covered` and `seen` hold the counts across x and across y; those of `seen` are of the places
+    within the image, and of the visible ones among them, (K, places + 1, 2). Places outside the
+    image do not count. Hidden ones speak against a rectangle, but do not reduce its cover. The
+    cover is that of all places or that of the places in the quarters at the corners, whichever is
+    less.
     """
     bounds, evidence, cover = (0.0, 0.0, 0.0, 0.0), 0.0, 0.0
     for i in range(len(xs)):
@@ -133,7 +138,7 @@ def search_rectangle(xs, ys, covered, seen, lows):
                     if ys[n] - ys[m] < MIN_SIDE:
                         continue
                     c, d = int((ys[m] - lows[1]) / PLACE), int((ys[n] - lows[1]) / PLACE) + 1
-                    whole = corner = all_whole = all_corner = 0
+                    whole = corner = within = all_whole = all_corner = 0
                     for axis, side, low, high in (
                         (0, i, c, d),
                         (0, j, c, d),
@@ -143,11 +148,12 @@ def search_rectangle(xs, ys, covered, seen, lows):
                         quarter = (high - low) // 4
                         row, every = covered[axis][side], seen[axis][side]
                         whole += row[high] - row[low]
-                        all_whole += every[high] - every[low]
+                        within += every[high, 0] - every[low, 0]
+                        all_whole += every[high, 1] - every[low, 1]
                         for start in (low, high - quarter):
                             corner += row[start + quarter] - row[start]
-                            all_corner += every[start + quarter] - every[start]
-                    value = PLACE * (whole - MIN_COVER * all_whole)
+                            all_corner += every[start + quarter, 1] - every[start, 1]
+                    value = PLACE * (whole - MIN_COVER * within)
                     if value > evidence:
                         bounds, evidence = (xs[i], xs[j], ys[m], ys[n]), value
                         cover = min(whole / max(all_whole, 1), corner / max(all_corner, 1))
@@ -155,22 +161,28 @@ def search_rectangle(xs, ys, covered, seen, lows):
 
 
 @njit(cache=True, nogil=True)
-def count_inside(base, along, direction, pinhole, shape):
-    """Count the points within the image before each point of some lines, (K, N + 1) int32.
+def count_visible(base, along, direction, pinhole, depth):
+    """Count the points within the image, and the visible ones, before each point of some lines.
 
-    Point i of line k is ``base[k] + along[i] direction``, camera frame, m. `base` is (K, 3),
-    `along` (N,), and `shape` the rows and columns of the image.
+    A point is visible if no reading (H, W), m, is ``MAX_NEARER`` before it. Contents that lie over
+    a rim hide it. Point i of line k is ``base[k] + along[i] direction``, camera frame, m. `base` is
+    (K, 3), `along` (N,). The result is (K, N + 1, 2) int32.
     """
     fx, fy, cx, cy = pinhole
-    counts = np.zeros((len(base), len(along) + 1), np.int32)
+    rows, columns = depth.shape
+    counts = np.zeros((len(base), len(along) + 1, 2), np.int32)
     for k in range(len(base)):
         for i in range(len(along)):
             x = base[k, 0] + along[i] * direction[0]
             y = base[k, 1] + along[i] * direction[1]
             z = base[k, 2] + along[i] * direction[2]
-            inside = False
+            inside = visible = False
             if z > 0:
                 u, v = fx * x / z + cx, fy * y / z + cy
-                inside = 0 < u < shape[1] and 0 < v < shape[0]
-            counts[k, i + 1] = counts[k, i] + inside
+                inside = 0 < u < columns and 0 < v < rows
+                if inside:
+                    reading = depth[int(v), int(u)]
+                    visible = reading <= 0 or reading > z - MAX_NEARER
+            counts[k, i + 1, 0] = counts[k, i, 0] + inside
+            counts[k, i + 1, 1] = counts[k, i, 1] + visible
     return counts

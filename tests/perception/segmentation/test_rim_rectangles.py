@@ -92,7 +92,7 @@ def test_best_rectangle_equals_reference():
     xs, ys = np.sort(rng.uniform(0.0, 0.5, 4)), np.sort(rng.uniform(0.0, 0.4, 4))
     covered = [(rng.random((4, 40)) < 0.6).astype(np.int32) for _ in range(2)]
     counts = [np.pad(np.cumsum(rows, axis=1, dtype=np.int32), ((0, 0), (1, 0))) for rows in covered]
-    every = (np.tile(np.arange(41, dtype=np.int32), (4, 1)),) * 2
+    every = (np.tile(np.arange(41, dtype=np.int32)[:, None], (4, 1, 2)),) * 2
     best = (0.0, ())
     for i, j in [(i, j) for i in range(4) for j in range(4) if xs[j] - xs[i] >= MIN_SIDE]:
         for m, n in [(m, n) for m in range(4) for n in range(4) if ys[n] - ys[m] >= MIN_SIDE]:
@@ -124,6 +124,9 @@ def test_rim_is_found_where_the_image_or_contents_interrupt_it():
     over = Block((0.0, -0.15, 0.12), (0.06, 0.1, 0.04))
     assert len(rims_of(Tub(), [over])) == 1
     assert len(rims_of(Tub(), cut=110)) == 1
+    # Contents over two walls hide half of their rims.
+    wide = Block((0.1, -0.08, 0.16), (0.24, 0.22, 0.08), Tub().yaw)
+    assert len(rims_of(Tub(), [wide])) == 1
     full = [Block((0.0, 0.0, 0.065), (0.3, 0.2, 0.13), Tub().yaw)]
     assert len(rims_of(Tub(), full)) == 1
 
