@@ -40,7 +40,7 @@ LOADED_WEIGHT = 0.3
 objects that rest on each other must both stay possible."""
 REPEATED_WEIGHT = 0.4
 """Weight of the score of a grasp whose kind already failed on the object. Other kinds go first."""
-WARNED_WEIGHT = {"cut_by_image": 0.3, "may_be_several": 0.5}
+WARNED_WEIGHT = {"cut_by_image": 0.3, "may_be_several": 0.5, "may_be_background": 0.3}
 """Weight of the score of an object with a warning of this kind. Its solid may be wrong, so that
 objects without a warning go first. A later image may show it better."""
 

@@ -25,6 +25,7 @@ WarningKind = Literal[
     "nothing_found",
     "cut_by_image",
     "may_be_several",
+    "may_be_background",
     "camera",
     "noise",
     "constant",
@@ -43,6 +44,8 @@ WarningKind = Literal[
 - nothing_found: there is no object, although readings stand above the support.
 - cut_by_image: the border of the image cuts an object off.
 - may_be_several: geometry alone does not show whether a region is one object.
+- may_be_background: only a long thin sheet of an object is visible. It may be a part of a wall, a
+  board or a floor.
 - camera: the intrinsics are implausible, so that all positions may be wrong: the principal point
   lies outside the image, or the field of view or the ratio of the focal lengths is odd.
 - noise: the readings are noise; there is no smooth surface.
@@ -88,6 +91,7 @@ def find_warnings(
     containers: tuple[Container, ...],
     above: NDArray[np.bool_],
     unreached: float = 0.0,
+    sheets: tuple[int, ...] = (),
 ) -> tuple[SceneWarning, ...]:
     """Return the warnings about a segmentation, those about the scene first.
 
@@ -105,6 +109,8 @@ def find_warnings(
         Mask of the readings above the supports, of any size.
     unreached
         Share of the pixels in front of the supports and out of their reach, 0-1.
+    sheets
+        Labels of the objects of which only a long thin sheet is visible.
     """
     warnings: list[SceneWarning] = []
     if not supports:
@@ -130,6 +136,9 @@ def find_warnings(
     for label, reason in sorted(ambiguous.items()):
         message = f"object {label} may be more or less than one object: {reason}"
         warnings.append(SceneWarning("may_be_several", message, label))
+    for label in sheets:
+        message = f"object {label} is a long thin sheet: it may be a part of a wall or a board"
+        warnings.append(SceneWarning("may_be_background", message, label))
     return tuple(warnings)
 
 

@@ -13,6 +13,7 @@ from .ambiguity import resolve_ambiguity
 from .block_heights import block_heights
 from .cut_necks import cut_necks
 from .find_containers import find_containers, include_floors
+from .find_sheets import find_sheets
 from .frame_checks import check_frame
 from .frame_noise import noise_profile
 from .freed_memory import reuse_freed_memory
@@ -107,9 +108,9 @@ def segment(frame: DepthFrame, options: SegmentationOptions | None = None) -> Se
         labels, ambiguous = relabel_with_reasons(labels, ambiguous)
     planes = [support.plane for support in supports]
     containers = tuple(one.container for one in found)
-    warnings = find_warnings(
-        labels, ambiguous, supports, containers, above, unreached_share(image, supports)
-    )
+    sheets = find_sheets(labels[::stride, ::stride], image)
+    unreached = unreached_share(image, supports)
+    warnings = find_warnings(labels, ambiguous, supports, containers, above, unreached, sheets)
     return Segmentation(
         labels,
         planes[0] if planes else None,

@@ -63,11 +63,26 @@ def test_readings_out_of_reach_are_warned_about(share, expected):
 def test_cut_and_ambiguous_objects_are_named():
     labels = np.zeros((10, 10), np.int32)
     labels[0, 3:5], labels[4:6, 4:6] = 2, 1
-    found = find_warnings(labels, {1: "flat"}, [SUPPORT], (), NOTHING)
+    found = find_warnings(labels, {1: "flat"}, [SUPPORT], (), NOTHING, sheets=(2,))
     assert [(warning.kind, warning.label) for warning in found] == [
         ("cut_by_image", 2),
         ("may_be_several", 1),
+        ("may_be_background", 2),
     ]
+
+
+@pytest.mark.parametrize(
+    ("box", "expected"),
+    [
+        (Box(0.0, 0.7, (0.25, 0.004, 0.12)), True),
+        (Box(0.0, 0.7, (0.25, 0.06, 0.12)), False),
+        (Box(0.0, 0.7, (0.1, 0.004, 0.08)), False),
+    ],
+)
+def test_long_thin_sheet_may_be_background(box, expected):
+    frame, _ = solid_frame([box], (Plate(),))
+    found = [one for one in segment(frame).warnings if one.kind == "may_be_background"]
+    assert [one.label for one in found] == [1] * expected
 
 
 def test_doubtful_support_names_the_other_plane():
