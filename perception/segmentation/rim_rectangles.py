@@ -45,6 +45,9 @@ MAX_LAYERS = 8
 """Number of layers in which rectangles are searched, those with the most votes first."""
 MIN_WHOLE_COVER = 0.75
 """Minimum share of covered places of all sides. Sides between unrelated things have less."""
+MIN_VISIBLE_COVER = 0.85
+"""Minimum share of covered places among the visible ones of each side, if contents hide others.
+Heaped bins of seeds 2000 to 2015 have 0.9, rectangles across their contents 0.6."""
 MIN_AREA = 0.015
 """Minimum area of a rim, m²: 0.15 x 0.10 m."""
 MIN_KEPT = 0.7
@@ -223,9 +226,11 @@ def _best_rectangle(
         _seen_places(xs, low[1], covered[0].shape[1] - 1, axes, view),
         _seen_places(ys, low[0], covered[1].shape[1] - 1, axes[::-1], view),
     )
-    (x0, x1, y0, y1), evidence, cover = search_rectangle(xs, ys, covered, seen, low)
+    (x0, x1, y0, y1), evidence, cover, visible = search_rectangle(xs, ys, covered, seen, low)
     width, depth = x1 - x0, y1 - y0
-    if cover < MIN_WHOLE_COVER or width * depth < MIN_AREA or max(width, depth) > MAX_LENGTH:
+    if cover < MIN_WHOLE_COVER and visible < MIN_VISIBLE_COVER:
+        return None
+    if width * depth < MIN_AREA or max(width, depth) > MAX_LENGTH:
         return None
     corners = np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]])
     return _Rectangle(corners @ axes, view[2], evidence, base)

@@ -17,6 +17,8 @@ PEAKS = 5
 """Number of possible sides along each direction, those with the most votes first."""
 MIN_COVER = 0.4
 """Share of covered places from which a side speaks for a rectangle."""
+MIN_VISIBLE = 4
+"""Minimum number of visible places of a side that contents hide in part."""
 MAX_NEARER = 0.02
 """Distance before a place of a side from which a reading hides it, m."""
 MIN_LENGTH = 0.12
@@ -119,15 +121,15 @@ def side_peaks(values, sizes):
 
 @njit(cache=True, nogil=True)
 def search_rectangle(xs, ys, covered, seen, lows):
-    """Return the best bounds (x0, x1, y0, y1), its evidence, m, and its least cover.
+    """Return the best bounds (x0, x1, y0, y1), its evidence, m, and its covers.
 
     `covered` and `seen` hold the counts across x and across y; those of `seen` are of the places
     within the image, and of the visible ones among them, (K, places + 1, 2). Places outside the
-    image do not count. Hidden ones speak against a rectangle, but do not reduce its cover. The
-    cover is that of all places or that of the places in the quarters at the corners, whichever is
-    less.
+    image do not count. The first cover is that of all places or that of the places in the quarters
+    at the corners, whichever is less. The second one is the least of the four sides, of the
+    visible places alone; it is 0 if a side has fewer than ``MIN_VISIBLE``.
     """
-    bounds, evidence, cover = (0.0, 0.0, 0.0, 0.0), 0.0, 0.0
+    bounds, evidence, cover, visible = (0.0, 0.0, 0.0, 0.0), 0.0, 0.0, 0.0
     for i in range(len(xs)):
         for j in range(i + 1, len(xs)):
             if xs[j] - xs[i] < MIN_SIDE:
@@ -138,7 +140,8 @@ def search_rectangle(xs, ys, covered, seen, lows):
                     if ys[n] - ys[m] < MIN_SIDE:
                         continue
                     c, d = int((ys[m] - lows[1]) / PLACE), int((ys[n] - lows[1]) / PLACE) + 1
-                    whole = corner = within = all_whole = all_corner = 0
+                    whole = corner = all_whole = all_corner = 0
+                    least = 1.0
                     for axis, side, low, high in (
                         (0, i, c, d),
                         (0, j, c, d),
@@ -148,16 +151,19 @@ def search_rectangle(xs, ys, covered, seen, lows):
                         quarter = (high - low) // 4
                         row, every = covered[axis][side], seen[axis][side]
                         whole += row[high] - row[low]
-                        within += every[high, 0] - every[low, 0]
-                        all_whole += every[high, 1] - every[low, 1]
+                        all_whole += every[high, 0] - every[low, 0]
+                        shown = every[high, 1] - every[low, 1]
+                        share = (row[high] - row[low]) / max(shown, 1)
+                        least = min(least, share if shown >= MIN_VISIBLE else 0.0)
                         for start in (low, high - quarter):
                             corner += row[start + quarter] - row[start]
-                            all_corner += every[start + quarter, 1] - every[start, 1]
-                    value = PLACE * (whole - MIN_COVER * within)
+                            all_corner += every[start + quarter, 0] - every[start, 0]
+                    value = PLACE * (whole - MIN_COVER * all_whole)
                     if value > evidence:
                         bounds, evidence = (xs[i], xs[j], ys[m], ys[n]), value
                         cover = min(whole / max(all_whole, 1), corner / max(all_corner, 1))
-    return bounds, evidence, cover
+                        visible = least
+    return bounds, evidence, cover, visible
 
 
 @njit(cache=True, nogil=True)

@@ -95,7 +95,8 @@ def select_objects(
         Their image. It is larger than the regions except at the border of the whole image.
     supports
         The foot of an object stands over the hull of one of them, or on a board of which only the
-        edge is visible, but not on the floor around a table. Without any, only sizes count.
+        edge is visible. What stands on the floor around a table counts only if there is no other
+        object. Without any support, only sizes count.
     min_size
         Minimum size of a region, px.
     max_extent
@@ -112,16 +113,16 @@ def select_objects(
     order = np.argsort(-sizes, kind="stable")
     order = order[sizes[order] >= min_size]
     order_of_pixels, starts = pixels_by_label(labels, len(sizes) - 1)
-    renumber = np.zeros(len(sizes), np.int32)
     regions = []
     for label in order[:MAX_REGIONS]:
         pixels = order_of_pixels[starts[label] : starts[label + 1]]
         regions.append(_Region(*sample_region(pixels, image.disparity, image.pinhole)))
     boards: list[NDArray[np.float64]] = []
     edges = [_find_board(region.points, supports, boards) for region in regions]
-    work = [support for support in supports if not is_floor(support, supports[0])]
-    beneath = [*work, *(edge for edge in edges if edge is not None)]
-    following = 1
+    floors = [support for support in supports if is_floor(support, supports[0])]
+    work = [support for support in supports if all(support is not one for one in floors)]
+    work += [edge for edge in edges if edge is not None]
+    kept, on_floor = [], []
     for rank, label in enumerate(order):
         if rank < MAX_REGIONS:
             region, pixels = regions[rank], order_of_pixels[starts[label] : starts[label + 1]]
@@ -131,10 +132,15 @@ def select_objects(
                 continue
             if supports and _is_frame(region.points, len(pixels), image):
                 continue
-            if not _is_object(region, beneath, image, max_extent):
+            if not _is_object(region, work, image, max_extent):
+                if floors and _is_object(region, floors, image, max_extent):
+                    on_floor.append(label)
                 continue
-        renumber[label] = following
-        following += 1
+        kept.append(label)
+    renumber = np.zeros(len(sizes), np.int32)
+    # The first support may be a chair. If nothing stands on it, the floor is the work surface.
+    kept = kept or on_floor
+    renumber[kept] = np.arange(1, len(kept) + 1)
     return renumber_labels(labels, renumber)
 
 

@@ -104,10 +104,10 @@ def test_best_rectangle_equals_reference():
             evidence = PLACE * (sum(int(row.sum()) for row in rows) - MIN_COVER * places)
             if evidence > best[0]:
                 best = (evidence, (xs[i], xs[j], ys[m], ys[n]))
-    bounds, evidence, cover = search_rectangle(xs, ys, tuple(counts), every, np.zeros(2))
+    bounds, evidence, *covers = search_rectangle(xs, ys, tuple(counts), every, np.zeros(2))
     assert bounds == best[1]
     assert evidence == pytest.approx(best[0])
-    assert 0.0 < cover <= 1.0
+    assert 0.0 < covers[1] < covers[0] <= 1.0
 
 
 @pytest.mark.parametrize("tub", [Tub(), Tub(height=0.012), Tub(0.16, 0.12, 0.05)])

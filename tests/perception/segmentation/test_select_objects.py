@@ -124,6 +124,8 @@ def test_what_stands_on_the_floor_around_a_table_is_no_object():
         selected = select_objects(labels, exact_image(frame), [table, lower], 40, MAX_EXTENT)
         assert selected[labels == 1].all()
         assert selected[labels == 2].all() == kept
+    alone = np.where(labels == 2, 2, 0).astype(np.int32)
+    assert select_objects(alone, exact_image(frame), [table, floor], 40, MAX_EXTENT).any()
 
 
 def test_object_on_a_board_whose_edge_alone_is_visible_is_kept():
