@@ -131,11 +131,11 @@ def measure_sides(
     for start, end, mask in zip(corners, ends, visible, strict=True):
         places = np.flatnonzero(mask)
         # A side without a visible part keeps its direction.
-        part = start, end
-        share = 0.0
+        first, last, share = 0.0, 1.0, 0.0
         if len(places) > 1:
-            part = tuple(start + k / (len(mask) - 1) * (end - start) for k in places[[0, -1]])
+            first, last = places[[0, -1]] / (len(mask) - 1)
             share = len(places) / (places[-1] - places[0] + 1)
+        part = start + first * (end - start), start + last * (end - start)
         sides.append(_measure_side(*part, plan, heights, (floor, lowest, highest), share))
     seen = [side for side in sides if side.seen]
     if not seen:
