@@ -5,7 +5,7 @@ from __future__ import annotations
 from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
@@ -42,6 +42,7 @@ def demo(
     purpose: GraspPurpose = "lift",
     failures: int | None = None,
     robot: Annotated[RobotChoice | None, Parameter(name="*", group="Robot")] = None,
+    sensor: Literal["exact", "ideal", "good", "real", "harsh"] = "exact",
     video: bool = True,
     beside: Path | None = None,
     mcap: Path | None = None,
@@ -72,6 +73,8 @@ def demo(
         Number of failed picks in a row that ends the demo (default 6; `evaluate grasp` uses 2).
     robot
         The simulated robot.
+    sensor
+        Sensor model of the hand's pads. `real` has noise, hysteresis, creep, shear and 8 ms wait.
     video
         Record the film.
     beside
@@ -113,6 +116,7 @@ def demo(
         objects=len(table.objects),
         purpose=purpose,
         objects_dir=table.folder,
+        sensor="" if sensor == "exact" else sensor,
         **(robot or RobotChoice()).trial_fields(),
     )
     ending = ClearOptions(failures=failures or FAILURES)

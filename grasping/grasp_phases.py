@@ -14,7 +14,7 @@ from .cell import Cell
 from .control_tasks import control_tasks
 from .grasp_balance import balance
 from .hands import AnyCommand, ParallelHand
-from .held_grip import measured_wrench
+from .held_grip import mean_wrench
 from .motion import NEAR_ENOUGH, RAMP_SECONDS, execute, remaining_distance, unexpected_contact
 from .pick_state import PhaseFailure, PickState
 from .robot import RobotReading
@@ -47,8 +47,6 @@ APPROACH_SECONDS = 3.0
 """Time limit of the approach, s."""
 CLOSE_SECONDS = 3.0
 """Time limit of closing the hand, s."""
-TARE_SECONDS = 0.06
-"""Time for which the wrist measures the empty hand before the grasp, s."""
 GRIP_SECONDS = 0.15
 """Time for which the grip settles before the lift, s."""
 
@@ -86,17 +84,8 @@ def _tare(cell: Cell) -> NDArray[np.float64] | None:
 
     A gripper with two jaws does not follow the load, and needs none.
     """
-    found: list[NDArray[np.float64]] = []
-
-    def note(reading: RobotReading) -> None:
-        wrench = measured_wrench(reading)
-        if wrench is not None:
-            found.append(wrench)
-
     jaws = isinstance(cell.robot.hand, ParallelHand)
-    if cell.reading.wrench is not None and cell.options.follow_load and not jaws:
-        cell.wait(TARE_SECONDS, note)
-    return np.mean(found, axis=0) if found else None
+    return mean_wrench(cell) if cell.options.follow_load and not jaws else None
 
 
 def _leave_tray(

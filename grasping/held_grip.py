@@ -27,7 +27,7 @@ CAUTIOUS_FRICTION = 0.3
 """Friction that is assumed until it is measured. Few pads are more slippery."""
 FRICTION_SHARE = 0.8
 """Share of the measured friction that the grip relies on."""
-LAW = LoadGripOptions(reserve=6.0, relax_time=0.2)
+LAW = LoadGripOptions(reserve=2.5, relax_time=0.2)
 """Reserve and speed of the grip. The reserve holds the fingers' own mass against the object when
 the arm jerks."""
 MIN_WEIGHT = 0.4
@@ -55,7 +55,8 @@ DROP_SHARE, DROP_FORCE = 0.25, 0.3
 counts."""
 DROP_SECONDS = 0.012
 """Time after which a loss of load is a slip, s."""
-
+MEAN_SECONDS = 0.06
+"""Time over which the wrist's measurement is averaged, s."""
 SLIDE_SECONDS, SLIDE_EXCURSION = 0.04, 0.06e-3
 """Motion of a tendon that shows an object sliding while the grip is eased: time, s, and shortening,
 m. A finger on an object that sticks moves outwards."""
@@ -279,6 +280,20 @@ class HeldGrip:
         self.slips += 1
         self.weight -= 0.5 * missing
         return True
+
+
+def mean_wrench(cell: Cell) -> NDArray[np.float64] | None:
+    """Keep the arm still, and return the mean measurement of the wrist, (6,); None without one."""
+    found: list[NDArray[np.float64]] = []
+
+    def note(reading: RobotReading) -> None:
+        wrench = measured_wrench(reading)
+        if wrench is not None:
+            found.append(wrench)
+
+    if cell.reading.wrench is not None:
+        cell.wait(MEAN_SECONDS, note)
+    return np.mean(found, axis=0) if found else None
 
 
 def measured_wrench(reading: RobotReading) -> NDArray[np.float64] | None:

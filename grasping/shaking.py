@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from .cell import Cell
+from .held_grip import mean_wrench
 from .pick_state import PickState
 
 FREQUENCY = 3.0
@@ -14,7 +15,8 @@ PEAK_ACCELERATION = 4.0
 DAMPING = 0.05
 """Damping of the pseudo-inverse, which reduces the motion near singular configurations."""
 HANGING_FORCE = 0.1
-"""Force on a pad of the open hand above which something hangs on it, N (10 g)."""
+"""Force on a pad of the open hand, and load of the wrist, above which something hangs on it, N (10
+g)."""
 SHAKE_OFF_SECONDS = 1.0
 """Time for which the open hand is shaken, s: one period along each axis."""
 
@@ -60,10 +62,20 @@ def shake_off(cell: Cell, state: PickState) -> str:
         The pick; its closing controller is removed.
     """
     state.closing = None
-    if _loaded_pads(cell):
+    if _loaded_pads(cell, state):
         shake(cell, state, SHAKE_OFF_SECONDS)
-    return _loaded_pads(cell)
+    return _loaded_pads(cell, state)
 
 
-def _loaded_pads(cell: Cell) -> str:
+def _loaded_pads(cell: Cell, state: PickState) -> str:
+    """Return the names of the pads that something hangs on, if the wrist feels it too.
+
+    Foam reads a part of an earlier load for seconds. The wrist does not.
+    """
+    pads = ", ".join(cell.hand.contacts(cell.reading.hand, HANGING_FORCE))
+    if not pads or state.tare is None:
+        return pads
+    wrench = mean_wrench(cell)
+    if wrench is not None and np.linalg.norm((wrench - state.tare)[:3]) < HANGING_FORCE:
+        return ""
     return ", ".join(cell.hand.contacts(cell.reading.hand, HANGING_FORCE))

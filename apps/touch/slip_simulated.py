@@ -11,6 +11,7 @@ from eyehand.data_synth.pad import SENSORS
 from ..bench import ExperimentResult, TrialPlan, add_footer, new_chart, result_table
 from ..bench.chart_style import BLUE, GREEN, GREY, VERMILION, add_legend, label_axes
 from ..console import tracked
+from .slip_bound import BOUND_ERRORS, bound_name, observed_slides
 from .slip_detection import (
     CLEAR_SLIDE,
     DETECTORS,
@@ -57,13 +58,15 @@ def measure_simulated(plan: TrialPlan, sensor: SensorName = "good") -> Experimen
         training, unseen = all_of(known), all_of(tests)
         for name in DETECTORS:
             tested = score_trials(name, train_detector(name, training, plan.seed), unseen)
-            row = detection_row(unseen, judge_alarms(unseen, tested, alarm_level(unseen, tested)))
             level = left_out_level(name, known, plan.seed)
-            carried = detection_row(unseen, judge_alarms(unseen, tested, level))
-            row |= {f"carried_{key}": value for key, value in carried.items()}
-            rows.append({"name": name, "range_kpa": top / 1e3, **row})
+            rows.append({"name": name, "range_kpa": top / 1e3, **_rates(unseen, tested, level)})
             if top == CHARTED:
                 curves[name] = _curve(unseen, tested)
+        for error in BOUND_ERRORS:
+            level = alarm_level(training, observed_slides(training, model.wait, error, plan.seed))
+            seen = observed_slides(unseen, model.wait, error, fresh)
+            row = {"name": bound_name(error), "range_kpa": top / 1e3}
+            rows.append(row | _rates(unseen, seen, level))
     table = result_table(
         rows,
         [
@@ -84,7 +87,8 @@ def measure_simulated(plan: TrialPlan, sensor: SensorName = "good") -> Experimen
         caption="over: of the slips with a longer final slide; knocks: knocks and accelerations "
         "without slip that raise an alarm; latency: after 0.1 mm of true slide, negative before "
         "it; level of left-out kinds: detected and false "
-        "alarms with the level that holds for the trained kinds, each left out once",
+        "alarms with the level that holds for the trained kinds, each left out once; bound: an "
+        "observer who knows the slide, as late as the sensor, with an error of each judgement",
     )
     footer = plan.provenance(f"{len(EVENTS)} events, {', '.join(TEST_SHAPES)}; sensor {sensor}")
     figure, axes = new_chart(
@@ -95,6 +99,15 @@ def measure_simulated(plan: TrialPlan, sensor: SensorName = "good") -> Experimen
     _draw(axes[0], curves)
     add_footer(figure, footer)
     return ExperimentResult(rows, table, figure)
+
+
+def _rates(
+    trials: Sequence[SlipTrial], scores: Sequence[NDArray[np.float64]], level: float
+) -> dict[str, Any]:
+    """Return the rates with the level of these trials, and as ``carried_…`` with a given one."""
+    own = detection_row(trials, judge_alarms(trials, scores, alarm_level(trials, scores)))
+    carried = detection_row(trials, judge_alarms(trials, scores, level))
+    return own | {f"carried_{key}": value for key, value in carried.items()}
 
 
 def _curve(

@@ -14,12 +14,16 @@ from scipy.spatial.transform import Rotation
 
 from eyehand.tactile import TactileArray, TactileImage
 
+from ..pad.layer_shear import base_forces
+
 ROWS, COLUMNS = 4, 3
 """Tactels along the finger and across it."""
 PITCH_M = 0.005
 """Distance between the centres of two tactels."""
 SPREAD_M = 0.0025
 """Standard deviation of the image of a point force through the pad's foam."""
+LAYER_M = 0.002
+"""Thickness of the foam, over which friction on the pad turns it."""
 
 
 class FingertipPads:
@@ -47,24 +51,36 @@ class FingertipPads:
         self._R_site_sensor = np.array(
             [_face(model, *pair) for pair in zip(pads, sites, strict=True)]
         )
-        self._forces = np.zeros((len(pads), ROWS * COLUMNS))
+        self._forces = np.zeros((len(pads), 3, ROWS, COLUMNS))
+        self._base = np.zeros((3, ROWS, COLUMNS))
 
     def read(self, data: Any) -> tuple[TactileImage, ...]:
-        """Return an image for each fingertip, from the contacts of the last physics step.
+        """Return the exact image of each fingertip, from the contacts of the last physics step."""
+        return tuple(TactileImage(row, self.array) for row in self.pressures(data))
+
+    def pressures(self, data: Any, shear: float = 0.0) -> NDArray[np.float64]:
+        """Return the pressures under each pad, (T, 12), Pa, from the contacts of the last step.
 
         The force of each contact along the pad's inward normal is spread over the tactels, so the
         forces of an image add up to the force on the pad.
+
+        Parameters
+        ----------
+        data
+            `MjData` after a physics step.
+        shear
+            Share of the foam's thickness over which friction turns it, 0..1. It moves the image,
+            and pressures are negative where the foam pulls.
         """
         contact = data.contact
-        if not len(self._forces):
-            return ()
         self._forces[:] = 0.0
-        if data.nefc:
+        if data.nefc and len(self._forces):
             contacts = _Contacts(
                 contact.geom,
                 contact.pos,
                 contact.frame.reshape(-1, 9),
                 contact.efc_address,
+                contact.dim,
                 data.efc_force,
             )
             tips = _Tips(
@@ -74,8 +90,40 @@ class FingertipPads:
                 self._R_site_sensor,
             )
             _press(contacts, tips, self._forces)
-        pressures = self._forces / self.array.area
-        return tuple(TactileImage(row, self.array) for row in pressures)
+            for forces in self._forces if shear > 0.0 else ():
+                base_forces(forces, shear * LAYER_M, PITCH_M, PITCH_M, self._base)
+                forces[0] = self._base[0]
+        return self._forces[:, 0].reshape(-1, ROWS * COLUMNS) / self.array.area
+
+
+def find_tips(
+    model: Any, prefix: str, fingers: Sequence[str]
+) -> tuple[FingertipPads, tuple[str, ...]]:
+    """Find the fingertips with a pad ``<finger>_distal`` and a site ``<finger>_tip``.
+
+    Parameters
+    ----------
+    model
+        `mujoco.MjModel`.
+    prefix
+        Prefix of the hand's names.
+    fingers
+        Names of the fingers.
+
+    Returns
+    -------
+    tuple[FingertipPads, tuple[str, ...]]
+        The fingertips, and the names of their pads.
+    """
+    geoms = {model.geom(g).name: g for g in range(model.ngeom)}
+    sites = {model.site(s).name: s for s in range(model.nsite)}
+    found = [
+        (f"{finger}_distal", geoms[f"{prefix}{finger}_distal"], sites[f"{prefix}{finger}_tip"])
+        for finger in fingers
+        if f"{prefix}{finger}_distal" in geoms and f"{prefix}{finger}_tip" in sites
+    ]
+    names, pads, places = zip(*found, strict=True) if found else ((), (), ())
+    return FingertipPads(model, pads, places), names
 
 
 @functools.cache
@@ -103,9 +151,12 @@ class _Contacts(NamedTuple):
     points: NDArray
     """(C, 3), world, m."""
     frames: NDArray
-    """(C, 9), the first row is the normal from the first geom to the second."""
+    """(C, 9), the first row is the normal from the first geom to the second, the others are the
+    directions of friction."""
     rows: NDArray
     """(C,), first row in `solved`; negative if the contact has none."""
+    dimensions: NDArray
+    """(C,), number of rows: 1 without friction."""
     solved: NDArray
     """Constraint forces, N (``data.efc_force``)."""
 
@@ -125,7 +176,11 @@ class _Tips(NamedTuple):
 
 @njit(cache=True)
 def _press(contacts, tips, forces):
-    """Add the normal force of each contact to the tactels of the tip that it presses on."""
+    """Add the force of each contact, (T, 3, rows, columns), to the tip that it presses on.
+
+    The components are the normal force, and the friction along x and y of the sensor.
+    """
+    force = np.empty(3)
     across, along = np.empty(COLUMNS), np.empty(ROWS)
     geoms, points, frames = contacts.geoms, contacts.points, contacts.frames
     rows, solved = contacts.rows, contacts.solved
@@ -141,8 +196,8 @@ def _press(contacts, tips, forces):
             # The normal points from the first geom to the second: inwards on the second.
             inward = 0.0
             x, y = 0.0, 0.0
+            sign = 1.0 if side == 1 else -1.0
             for i in range(3):
-                sign = 1.0 if side == 1 else -1.0
                 inward -= sign * frames[k, i] * turn[i, 2]
                 x += turn[i, 0] * (points[k, i] - tips.positions[tip, i])
                 y += turn[i, 1] * (points[k, i] - tips.positions[tip, i])
@@ -150,10 +205,18 @@ def _press(contacts, tips, forces):
                 continue
             _imprint(x, across)
             _imprint(y, along)
-            force = inward * solved[rows[k]]
-            for r in range(ROWS):
-                for c in range(COLUMNS):
-                    forces[tip, r * COLUMNS + c] += force * along[r] * across[c]
+            force[:] = 0.0
+            force[0] = inward * solved[rows[k]]
+            # In an elliptic cone the rows after the normal are friction.
+            for row in range(1, min(contacts.dimensions[k], 3)):
+                pull = sign * solved[rows[k] + row]
+                for i in range(3):
+                    force[1] += pull * frames[k, 3 * row + i] * turn[i, 0]
+                    force[2] += pull * frames[k, 3 * row + i] * turn[i, 1]
+            for part in range(3):
+                for r in range(ROWS):
+                    for c in range(COLUMNS):
+                        forces[tip, part, r, c] += force[part] * along[r] * across[c]
 
 
 @njit(cache=True)

@@ -19,17 +19,19 @@ from ..scenes.viewpoint import look_at
 from .arm_servos import ArmServos
 from .cell_appearance import DISPLAY_EYE, DISPLAY_FOCAL_SHARE, DISPLAY_TARGET
 from .contact_record import ContactRecord
-from .fingertip_pads import FingertipPads
+from .fingertip_pads import find_tips
 from .grasp_cell import add_pedestal
 from .grasp_world import ROBOT_PREFIX, GraspWorld
+from .hand_touch import HandTouch
 from .wrist_sensor import WristSensor
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from eyehand.grasping import HandModel
-    from eyehand.grasping.hands import AnyCommand
+    from eyehand.grasping.hands import AnyCommand, AnyReading
 
+    from ..pad import SensorModel
     from ..render.rendered_view import DepthRenderer
 
 PERIOD_S = 0.004
@@ -60,12 +62,14 @@ class SimRobot:
         Renderer of the camera. If None, `open_renderer` selects one.
     hand
         Model of the hand. If None, it is computed from the hand's description.
+    sensor
+        Sensor model of the hand's pads. If None, touch is exact.
 
     Raises
     ------
     InputError
-        If the seed is negative, a joint of the arm has no servo, or MuJoCo cannot simulate the
-        world.
+        If the seed is negative, a joint of the arm has no servo, MuJoCo cannot simulate the world,
+        or a gripper with jaws gets a sensor model.
     """
 
     def __init__(
@@ -76,6 +80,7 @@ class SimRobot:
         seed: int = 0,
         renderer: DepthRenderer | None = None,
         hand: HandModel | ParallelHand | None = None,
+        sensor: SensorModel | None = None,
     ) -> None:
         if seed < 0:
             raise InputError(f"seed must be a whole number >= 0, got {seed}")
@@ -91,7 +96,8 @@ class SimRobot:
         self._open_hand()
         self._drives = world.robot.create_drives(model, data, world.hand_prefix)
         fingers = () if isinstance(self._hand, ParallelHand) else self._hand.fingers
-        self._tips = _tips(model, world.hand_prefix, fingers)
+        self._tips, on_pads = find_tips(model, world.hand_prefix, fingers)
+        self._sensor = HandTouch(sensor, self._hand, on_pads, seed) if sensor else None
         self._touch = ContactRecord(model, data, world)
         self._wrist = WristSensor(model, data, ROBOT_PREFIX + world.robot.frame, seed)
         self._warnings = [int(getattr(mujoco.mjtWarning, f"mjWARN_{w}")) for w in _WARNINGS]
@@ -104,6 +110,7 @@ class SimRobot:
         except mujoco.FatalError as error:
             reason = " ".join(str(error).split())
             raise InputError(f"MuJoCo cannot run a cell with this robot: {reason}") from None
+        self._sense()
 
     @property
     def hand(self) -> HandModel | ParallelHand:
@@ -152,15 +159,19 @@ class SimRobot:
 
     def read(self) -> RobotReading:
         """Return the current state."""
-        data = self._data
+        hand = self.exact_hand_reading()
         return RobotReading(
-            float(data.time),
+            float(self._data.time),
             self._servos.positions(),
             self._servos.speeds(),
-            self._drives.reading(self._tips.read(data)),
+            hand if self._sensor is None else self._sensor.touched(hand),
             self._fault,
             self._wrist.wrench,
         )
+
+    def exact_hand_reading(self) -> AnyReading:
+        """Return the hand's reading with exact forces and images."""
+        return self._drives.reading(self._tips.read(self._data))
 
     def step(
         self, velocity: NDArray[np.float64], command: AnyCommand | None = None
@@ -201,6 +212,7 @@ class SimRobot:
             mujoco.mj_step(model, data)
             self._touch.record()
         self._wrist.measure()
+        self._sense()
         self._fault = self._failure()
         if self._fault:
             mujoco.mj_setState(model, data, self._saved_state, whole)
@@ -304,6 +316,11 @@ class SimRobot:
         held = "robot" in self._touch.touching(name)
         return bool(low and cell.is_over_tray(position) and not held)
 
+    def _sense(self) -> None:
+        """Take an image of the hand's pads, if a sensor model reads them."""
+        if self._sensor is not None:
+            self._sensor.sense(self.exact_hand_reading(), self._data, self._tips)
+
     def _check(self, velocity: NDArray[np.float64], command: AnyCommand | None) -> None:
         if not np.isfinite(velocity).all():
             self._fault = f"commanded joint velocities are not finite: {velocity.tolist()}"
@@ -345,15 +362,3 @@ class SimRobot:
             names = ", ".join(self.object_names) or "none"
             raise InputError(f"object must be one of {names}, got {name!r}")
         return name
-
-
-def _tips(model: Any, prefix: str, fingers: tuple[str, ...]) -> FingertipPads:
-    """Find the fingertips with a pad ``<finger>_distal`` and a site ``<finger>_tip``."""
-    geoms = {model.geom(g).name: g for g in range(model.ngeom)}
-    sites = {model.site(s).name: s for s in range(model.nsite)}
-    pairs = [
-        (geoms.get(f"{prefix}{finger}_distal"), sites.get(f"{prefix}{finger}_tip"))
-        for finger in fingers
-    ]
-    found = [(pad, site) for pad, site in pairs if pad is not None and site is not None]
-    return FingertipPads(model, [pad for pad, _ in found], [site for _, site in found])

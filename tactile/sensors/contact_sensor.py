@@ -83,13 +83,14 @@ class ContactSensor:
         Raises
         ------
         InputError
-            If readings change meanwhile.
+            If readings change meanwhile, or images do not belong to the sensor's description.
         DeviceError
             If images do not arrive.
         """
         raws = []
         # A silent sensor is given up after one timeout.
         while len(raws) < images and (frame := self.sensor.read()) is not None:
+            frame.check(self.sensor.info)
             raws.append(frame.raw)
         if len(raws) < images:
             raise DeviceError(

@@ -57,7 +57,8 @@ class TactileFrame:
         count = len(info.array.positions)
         if self.raw.shape != (count,) or self.raw.dtype != np.uint16:
             raise InputError(
-                f"{info.name}: raw must be {count} uint16, got {self.raw.shape} {self.raw.dtype}"
+                f"{info.name}: raw must be {count} uint16, got {self.raw.shape} {self.raw.dtype}; "
+                "raw.astype(np.uint16) converts integers"
             )
         shape = None if self.shear is None else self.shear.shape
         if shape != ((count, 2) if info.shear else None):

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
-from eyehand.grasping.shaking import PEAK_ACCELERATION, shake
+from eyehand.grasping import shaking
+from eyehand.grasping.shaking import PEAK_ACCELERATION, shake, shake_off
 
 from .test_pick_state import cell, pick_state
 
@@ -29,3 +32,15 @@ def test_shake_keeps_its_acceleration_and_ends_at_rest(cell, seconds):
     assert (largest > 0.8 * PEAK_ACCELERATION).all()
     last = PEAK_ACCELERATION * cell.robot.period
     assert np.abs(speeds[-1]).max() < 1.05 * last
+
+
+@pytest.mark.parametrize(("weight", "hanging"), [(0.02, ""), (0.3, "thumb_distal")])
+def test_a_loaded_pad_counts_only_if_the_wrist_feels_a_load(monkeypatch, weight, hanging):
+    reading = SimpleNamespace(hand=None, wrench=np.array([0.0, 1.0, weight, 0.0, 0.0, 0.0]))
+    hand = SimpleNamespace(contacts=lambda *_: ("thumb_distal",))
+    cell = SimpleNamespace(reading=reading, hand=hand, wait=lambda _, note: note(reading))
+    state = SimpleNamespace(tare=np.array([0.0, 1.0, 0.0, 0.0, 0.0, 0.0]), closing=None)
+    shakes = []
+    monkeypatch.setattr(shaking, "shake", lambda *_: shakes.append(1))
+    assert shake_off(cell, state) == hanging  # type: ignore[arg-type]
+    assert len(shakes) == bool(hanging)

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import get_args
 
 from eyehand.data_synth.cell import DESCRIPTION_SUFFIX
+from eyehand.data_synth.pad import SENSORS
 from eyehand.errors import InputError, named_files
 
 from .jobs import Condition, Family
@@ -18,6 +19,8 @@ HARD_FRICTION, HARD_SHAKE_S = 0.6, 2.0
 """Conditions of the hard row of the default table: waxed wood, and a fast robot."""
 MAX_FRICTION, MAX_SHAKE_S, MAX_LOAD_STEP = 3.0, 60.0, 10.0
 """Maximum values. Beyond them, hands do not differ."""
+EXACT = "exact"
+"""Name of a touch without imperfections."""
 SOURCE_SUFFIXES = (".py", ".xml", ".json")
 SOURCE_FOLDERS = (
     "errors",
@@ -44,6 +47,7 @@ def requested_conditions(
     frictions: Sequence[float],
     shakes: Sequence[float],
     load_steps: Sequence[float],
+    sensors: Sequence[str],
     dials: tuple[str, str],
     *,
     camera: bool,
@@ -54,7 +58,7 @@ def requested_conditions(
     Raises
     ------
     InputError
-        If a family is unknown, or a value is out of range.
+        If a family or sensor model is unknown, or a value is out of range.
     """
     for family in families:
         if family not in FAMILIES:
@@ -64,14 +68,27 @@ def requested_conditions(
     for step in load_steps:
         if not 1 <= step <= MAX_LOAD_STEP:
             raise InputError(f"--load-step must lie in [1, {MAX_LOAD_STEP:g}], got {step}")
+    for sensor in sensors:
+        if sensor != EXACT and sensor not in SENSORS:
+            names = ", ".join([EXACT, *SENSORS])
+            raise InputError(f"--sensor {sensor}: unknown, expected {names}")
     wanted: list[Family] = [family for family in FAMILIES if family in families]
     return [
-        Condition(family, friction, shake, pose, *dials, load_step=step)
-        for family, friction, shake, step, pose in product(
+        Condition(
+            family,
+            friction,
+            shake,
+            pose,
+            *dials,
+            load_step=step,
+            sensor="" if sensor == EXACT else sensor,
+        )
+        for family, friction, shake, step, sensor, pose in product(
             wanted,
             dict.fromkeys(frictions),
             dict.fromkeys(shakes),
             dict.fromkeys(load_steps),
+            dict.fromkeys(sensors),
             _poses(camera, known),
         )
     ]

@@ -14,7 +14,7 @@ from eyehand.errors import InputError
 from ...bench.chart_style import Provenance, write_chart
 from ...bench.machine import machine_line
 from ..robot_choice import RobotChoice
-from .conditions import FAMILIES, default_conditions, requested_conditions, source_digest
+from .conditions import EXACT, FAMILIES, default_conditions, requested_conditions, source_digest
 from .jobs import Family, run_grasp_trial
 from .protocol_settings import QUICK_ROUNDS, ProtocolSettings, checked_objects
 from .rates_chart import rates_chart
@@ -45,6 +45,7 @@ def evaluate_grasp(
     friction: Annotated[list[float] | None, Repeated] = None,
     shake: Annotated[list[float] | None, Repeated] = None,
     load_step: Annotated[list[float] | None, Repeated] = None,
+    sensor: Annotated[list[str] | None, Repeated] = None,
     known: bool = True,
     camera: bool = True,
     count: int = 5,
@@ -72,10 +73,10 @@ def evaluate_grasp(
 
     By default, the rows are single, packed and piled objects, each also with known poses, and
     packed objects with friction 0.6 and a 2 s shake. With --family, --friction, --shake,
-    --load-step, --perception or --control, the rows are all combinations of the values. A scene
-    ends when it is clear, after two successive failures, or when the robot stops because of a fault
-    or an ambiguous scene. Finished scenes are stored: the same command continues a stopped run.
-    Writes rows/*.json, evaluate.png, evaluate.csv and report.html.
+    --load-step, --sensor, --perception or --control, the rows are all combinations of the values. A
+    scene ends when it is clear, after two successive failures, or when the robot stops because of a
+    fault or an ambiguous scene. Finished scenes are stored: the same command continues a stopped
+    run. Writes rows/*.json, evaluate.png, evaluate.csv and report.html.
 
     Parameters
     ----------
@@ -91,6 +92,8 @@ def evaluate_grasp(
         Durations of the shake after each lift, s, combined with family and friction.
     load_step
         Loads on the lifted object while the hand checks and shakes it, as multiples of its weight.
+    sensor
+        Sensor models of the hand's pads: exact, ideal, good, real, harsh. It needs fingers.
     known
         Run each row with known poses too, except the default row with a shake.
     camera
@@ -161,7 +164,10 @@ def evaluate_grasp(
     machines = checked_machines(jobs, cluster)
     dials = checked_dials(perception, control)
     extras = trial_extras(purpose, objects, robot, wrist_camera=wrist_camera)
-    if (family, friction, shake, load_step) == (None,) * 4 and dials == ("default", "default"):
+    if (family, friction, shake, load_step, sensor) == (None,) * 5 and dials == (
+        "default",
+        "default",
+    ):
         conditions = default_conditions(camera=camera, known=known)
     else:
         conditions = requested_conditions(
@@ -169,6 +175,7 @@ def evaluate_grasp(
             friction or [1.0],
             shake or [0.0],
             load_step or [1.0],
+            sensor or [EXACT],
             dials,
             camera=camera,
             known=known,

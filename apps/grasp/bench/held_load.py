@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from eyehand.grasping import HandModel, ParallelHand, plan_hold
+from eyehand.grasping import HandModel, HandReading, ParallelHand, plan_hold
 
 if TYPE_CHECKING:
     from eyehand.data_synth.cell import SimRobot
@@ -61,8 +61,13 @@ class HeldLoad:
         share = self._step if time - self._began >= LOAD_DELAY_S else 1.0
         self._robot.set_load(self._name, (share - 1.0) * self._weight)
         if self._robot.is_lifted(self._name):
-            self._force += float(cycle.force.sum())
+            self._force += self._true_force(cycle)
             self._least += share * self._weight / self._friction
+
+    def _true_force(self, cycle: CycleInfo) -> float:
+        """Return the sum of the forces on all pads, N; exact for a hand with fingers."""
+        hand = self._robot.exact_hand_reading()
+        return float((hand.forces if isinstance(hand, HandReading) else cycle.force).sum())
 
     def end(self) -> None:
         """Remove the load. A pick that fails in the check enters no further phase."""

@@ -62,6 +62,9 @@ class Condition:
     load_step: float = 1.0
     """Load on the lifted object while the hand checks it, as a multiple of its weight."""
 
+    sensor: str = ""
+    """Sensor model of the hand's pads; empty for exact touch."""
+
     @property
     def name(self) -> str:
         """Name for tables: the values that differ from the defaults."""
@@ -71,6 +74,7 @@ class Condition:
         words += [f"load {self.load_step:g} weights"] if self.load_step != 1.0 else []
         words += [f"{self.perception} perception"] if self.perception != "default" else []
         words += [f"{self.control} control"] if self.control != "default" else []
+        words += [f"sensor {self.sensor}"] if self.sensor else []
         words += [f"{self.split} objects"] if self.split != "all" else []
         words += [f"{self.density:g} kg/m³"] if self.density else []
         return ", ".join(words)

@@ -18,6 +18,7 @@ from eyehand.data_synth.cell import (
     SimWristCamera,
     make_robot,
 )
+from eyehand.data_synth.pad import SENSORS, SensorModel
 from eyehand.data_synth.scenes import MeshObject, Split, TabletopObject
 from eyehand.grasping import (
     Cell,
@@ -97,6 +98,8 @@ class GraspTrial:
     default."""
     wrist_camera: bool = False
     """Whether a camera on the wrist observes doubtful objects once more."""
+    sensor: str = ""
+    """Sensor model of the hand's pads, one of `SENSORS`. If empty, touch is exact."""
 
 
 @dataclass(frozen=True)
@@ -168,7 +171,8 @@ def trial_cell(
     world = GraspWorld.build(objects, robot=_trial_robot(trial), friction=trial.friction)
     options = replace(control_dial(trial.control), shake_seconds=trial.shake)
     perception = None if trial.known else perception_dial(trial.perception)
-    cell, robot = build_cell(world, trial.seed, options, perception)
+    sensor = SENSORS[trial.sensor] if trial.sensor else None
+    cell, robot = build_cell(world, trial.seed, options, perception, sensor=sensor)
     if trial.wrist_camera:
         camera = SimWristCamera(robot, trial.seed)
         cell.wrist_camera = WristCamera(camera, camera.T_palm_camera)
@@ -193,6 +197,7 @@ def build_cell(
     options: PickOptions,
     perception: PerceiveOptions | None,
     removed: Collection[str] = (),
+    sensor: SensorModel | None = None,
 ) -> tuple[Cell, SimRobot]:
     """Build the cell and the simulated robot of a world.
 
@@ -208,8 +213,10 @@ def build_cell(
         Options of perception. None replaces perception by the true solids.
     removed
         Names of objects that left the scene. The true solids leave them out.
+    sensor
+        Sensor model of the hand's pads. None: touch is exact.
     """
-    robot = SimRobot(world, noise=DepthNoise.realistic(), seed=seed)
+    robot = SimRobot(world, noise=DepthNoise.realistic(), seed=seed, sensor=sensor)
     place = world.cell
 
     def perceive_frame(frame: DepthFrame) -> Scene:

@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 
+from eyehand.apps.touch.slip_bound import BOUND_ERRORS, bound_name, observed_slides
 from eyehand.apps.touch.slip_detection import Alarms, alarm_level, detection_row, judge_alarms
 from eyehand.apps.touch.slip_trials import SlipTrial, run_slip_trial
 from eyehand.data_synth.pad import SENSORS
@@ -46,6 +47,14 @@ def test_latency_and_slide_are_those_of_the_first_alarm():
     # 0.1 mm have been slid at 0.31 s.
     assert alarms.latency == pytest.approx([0.02], abs=0.003)
     assert alarms.slide == pytest.approx([3e-4], abs=2e-5)
+
+
+def test_an_observer_of_the_slide_is_as_late_as_the_sensor():
+    (seen,) = observed_slides([trial(0.3)], wait=0.008, error=0.0, seed=0)
+    alarms = judge_alarms([trial(0.3)], [seen], 1e-4)
+    assert alarms.latency == pytest.approx([0.008], abs=0.003)
+    (noisy,) = observed_slides([trial(None)], wait=0.008, error=2e-5, seed=0)
+    assert noisy.std() == pytest.approx(2e-5, rel=0.2)
 
 
 def test_rates_count_trials():
@@ -96,6 +105,7 @@ def test_command_measures_all_detectors(tmp_path, run_experiment):
         "Fourier (chapter)",
         "pressure patterns",
         "with a shear array",
+        *map(bound_name, BOUND_ERRORS),
     ]
     assert all(row["slips"] + row["calm"] == 16 for row in rows)
     assert (tmp_path / "out" / "slip.png").stat().st_size > 10_000

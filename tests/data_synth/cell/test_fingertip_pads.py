@@ -6,13 +6,21 @@ import numpy as np
 import pytest
 
 from eyehand.data_synth import import_mujoco
-from eyehand.data_synth.cell.fingertip_pads import COLUMNS, PITCH_M, ROWS, FingertipPads
+from eyehand.data_synth.cell.fingertip_pads import (
+    COLUMNS,
+    LAYER_M,
+    PITCH_M,
+    ROWS,
+    FingertipPads,
+    tip_array,
+)
 
 FINGERTIP = """
 <mujoco><option cone="elliptic" gravity="0 0 0"/><worldbody>
 <body name="tip"><geom name="pad" type="box" size="0.006 0.008 0.0135"/>
 <site name="face" pos="0.006 0 0"/></body>
 <body name="ball" pos="{x} {y} {z}"><joint type="slide" axis="1 0 0"/>
+<joint type="slide" axis="0 0 1"/>
 <geom name="ball" size="0.01" mass="0.1"/></body>
 </worldbody></mujoco>
 """
@@ -60,3 +68,23 @@ def test_contact_on_back_gives_no_pressure():
 def test_no_contact_gives_no_pressure():
     forces, _ = press_fingertip(0.1, 0.0)
     assert not forces.any()
+
+
+def test_friction_moves_the_image_by_the_height_of_the_layer():
+    mujoco = import_mujoco()
+    model = mujoco.MjModel.from_xml_string(FINGERTIP.format(x=0.0155, y=0.0, z=0.0))
+    data = mujoco.MjData(model)
+    data.xfrc_applied[model.body("ball").id, 2] = 1.0
+    mujoco.mj_step(model, data)
+    pads = FingertipPads(model, [model.geom("pad").id], [model.site("face").id])
+    normal, *friction = data.efc_force[:3]
+    rows = (np.arange(ROWS) - (ROWS - 1) / 2) * PITCH_M
+    still, sheared = (
+        (pads.pressures(data, shear) * tip_array().area).reshape(ROWS, COLUMNS)
+        for shear in (0.0, 1.0)
+    )
+    shift = (sheared - still).sum(axis=1) @ rows / normal
+    assert np.isclose(sheared.sum(), normal)
+    assert np.hypot(*friction) > 0.3
+    # The ball is pulled along +z, and drags the face of the pad with it.
+    assert np.isclose(shift, LAYER_M * np.hypot(*friction) / normal, rtol=1e-3)

@@ -298,10 +298,12 @@ def test_timing_note_names_number_of_processes(run, tmp_path):
 
 
 def test_requested_conditions_are_all_combinations_once():
+    sensors, dials = ["exact"], ("fast", "slow")
     rows = requested_conditions(
-        ["pile", "single"], [1, 0.6, 1], [0, 2], [1.5], ("fast", "slow"), camera=True, known=False
+        ["pile", "single"], [1, 0.6, 1], [0, 2], [1.5], sensors, dials, camera=True, known=False
     )
     assert len(rows) == len(set(rows)) == 8
+    assert {row.sensor for row in rows} == {""}
     assert {row.family for row in rows} == {"single", "pile"}
     assert {(row.perception, row.control, row.known) for row in rows} == {("fast", "slow", False)}
     assert len(default_conditions(camera=False, known=True)) == 3
@@ -412,11 +414,23 @@ def test_source_digest_follows_source_folders(tmp_path, monkeypatch):
 def test_load_step_out_of_range_is_refused(step):
     dials = ("default", "default")
     with pytest.raises(InputError, match="--load-step must lie in"):
-        requested_conditions(["single"], [1.0], [0.0], [step], dials, camera=True, known=True)
+        requested_conditions(
+            ["single"], [1.0], [0.0], [step], ["exact"], dials, camera=True, known=True
+        )
+
+
+def test_sensor_models_are_rows_and_unknown_ones_are_refused():
+    known: dict[str, Any] = {"camera": True, "known": False}
+    given: Any = ["single"], [1.0], [0.0], [1.0]
+    dials = ("default", "default")
+    rows = requested_conditions(*given, ["exact", "real"], dials, **known)
+    assert [row.name for row in rows] == ["single", "single, sensor real"]
+    with pytest.raises(InputError, match="--sensor best: unknown, expected exact, ideal, good"):
+        requested_conditions(*given, ["best"], dials, **known)
 
 
 def test_unknown_family_is_refused():
     heap: Any = ["heap"]
     dials = ("default", "default")
     with pytest.raises(InputError, match="heap"):
-        requested_conditions(heap, [1.0], [0.0], [1.0], dials, camera=True, known=True)
+        requested_conditions(heap, [1.0], [0.0], [1.0], ["exact"], dials, camera=True, known=True)

@@ -9,6 +9,7 @@ import pytest
 from eyehand.apps.grasp.bench.held_load import GRAVITY, LOAD_DELAY_S, HeldLoad
 from eyehand.apps.grasp.bench.stress_objects import can_on_table
 from eyehand.data_synth.cell import GraspWorld, SimRobot
+from eyehand.grasping import JawReading
 
 
 def holding_robot(loads: list[float]) -> Any:
@@ -16,6 +17,7 @@ def holding_robot(loads: list[float]) -> Any:
     return SimpleNamespace(
         mass=lambda name: 0.2,
         is_lifted=lambda name: True,
+        exact_hand_reading=lambda: JawReading(0.05),
         set_load=lambda name, force: loads.append(force),
     )
 
