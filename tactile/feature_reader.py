@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from eyehand.errors import InputError
 
 from .calibration import Calibration
-from .feature_kernels import VALUE_COUNT, Buffers, read_features
+from .feature_kernels import SATURATED, VALUE_COUNT, Buffers, read_features
 from .features import ContactFeatures, FeatureOptions, kernel_rule, unpack, with_hough
 from .image import TactileArray, TactileImage
 
@@ -95,6 +95,11 @@ class FeatureReader:
     def image(self) -> TactileImage:
         """The last pressures, with dead tactels interpolated; all 0 before the first reading."""
         return TactileImage(self._buffers.pressures.copy(), self._array)
+
+    @property
+    def saturated(self) -> NDArray[np.bool_]:
+        """Mask (N,) of the tactels that were saturated in the last reading."""
+        return self._buffers.states == SATURATED
 
     def reset(self) -> None:
         """Clear the centre of the last contact. The next contact is then the largest region."""

@@ -88,11 +88,31 @@ class MemoryFilter:
         self._memory = memory
         self._load: NDArray[np.float64] | None = None
 
-    def correct(self, pressures: NDArray[np.float64], dt: float) -> NDArray[np.float64]:
-        """Return the pressures (N,), Pa, without memory; `dt` is the time since the last image, s.
+    def correct(
+        self,
+        pressures: NDArray[np.float64],
+        dt: float,
+        saturated: NDArray[np.bool_] | None = None,
+    ) -> NDArray[np.float64]:
+        """Return the pressures of an image without memory.
 
         A pressure below `share` of the earlier load is returned as 0: it cannot be distinguished
-        from memory.
+        from memory. The load of a saturated tactel is unknown. It is taken as the largest one that
+        its reading can be the memory of, and its pressure is returned as it is read.
+
+        Parameters
+        ----------
+        pressures
+            (N,), Pa.
+        dt
+            Time since the last image, s.
+        saturated
+            Mask (N,) of the saturated tactels; none if not given.
+
+        Returns
+        -------
+        NDArray
+            (N,), Pa.
         """
         share = self._memory.share
         if share == 0.0:
@@ -103,4 +123,8 @@ class MemoryFilter:
         below = (pressures - share * kept * load) / (1.0 - share * kept)
         true = np.where(pressures >= load, pressures, np.maximum(below, 0.0))
         self._load = np.maximum(true + (load - true) * kept, true)
-        return np.where(true > share * self._load, true, 0.0)
+        if saturated is None:
+            return np.where(true > share * self._load, true, 0.0)
+        self._load = np.where(saturated, pressures / share, self._load)
+        corrected = np.where(true > share * self._load, true, 0.0)
+        return np.where(saturated, pressures, corrected)

@@ -193,14 +193,16 @@ def _scan(
         step = phases.step(felt, CYCLE, external=guide, measured=hand.twist)
         twists = [step.twist if k == number else still for k in range(len(arms))]
         reading = rig.step(*twists)[-1][number]
-        image = filtered.correct(hand.reader.image.pressures, CYCLE)
+        saturated = hand.reader.saturated
+        image = filtered.correct(hand.reader.image.pressures, CYCLE, saturated)
         cycle += 1
         if travelled > 0.0 and cycle % EVERY == 0 and phases.phase == "task":
             pose = hand.pose
             forces.append(reading.force)
             path.append(pose.translation - origin)
-            points.append(pose.apply(felt_points(image, decoder)) - origin)
-            blurred.append(pose.apply(felt_points(image, decoder, sharpen=False)) - origin)
+            for sharpen, found in ((True, points), (False, blurred)):
+                felt_here = felt_points(image, decoder, sharpen, saturated)
+                found.append(pose.apply(felt_here) - origin)
             tilt = max(tilt, _tilt(pose.rotation.as_matrix()))
             lowest = min(lowest, float((pose.apply(_RIM) - origin)[:, 2].min()))
     return _PadScan(

@@ -16,7 +16,10 @@ narrow imprint measure the foam's spread and not the surface."""
 
 
 def felt_points(
-    pressures: NDArray[np.float64], decoder: PressDecoder, sharpen: bool = True
+    pressures: NDArray[np.float64],
+    decoder: PressDecoder,
+    sharpen: bool = True,
+    unknown: NDArray[np.bool_] | None = None,
 ) -> NDArray[np.float64]:
     """Compute points of the touched surface.
 
@@ -34,6 +37,9 @@ def felt_points(
         If true, each tactel is divided into smaller cells, and the pressure before the foam's
         spread is estimated in them. The spread makes a narrow ridge appear too low. Otherwise the
         cells are the tactels.
+    unknown
+        Mask (N,) of tactels whose pressure is unknown, as they are saturated. There are no points
+        on them and their neighbours.
 
     Returns
     -------
@@ -52,7 +58,12 @@ def felt_points(
     felt[:border] = felt[-border:] = felt[:, :border] = felt[:, -border:] = False
     total = np.maximum(windows.sum(axis=0), MIN_PRESSURE)
     across, down = ((windows * _windows(axis)).sum(axis=0) / total for axis in np.meshgrid(x, y))
-    return np.column_stack([across[felt], down[felt], -decoder.depth(image[felt])])
+    points = np.column_stack([across[felt], down[felt], -decoder.depth(image[felt])])
+    if unknown is None or not unknown.any():
+        return points
+    pitch = decoder.array.area**0.5
+    apart = np.abs(points[:, None, :2] - decoder.array.positions[unknown, :2]).max(axis=2)
+    return points[apart.min(axis=1) > pitch]
 
 
 def _windows(values: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -119,7 +119,8 @@ class HandTouch:
         dt = 0.0 if self._time is None else time - self._time
         self._time = time
         raw = self._tracker.correct(self._memory.read(time, true, self._rng), dt)
-        read = self._filter.correct(self._calibration.to_pressure(raw), dt)
+        saturated = self._calibration.is_saturated(raw)
+        read = self._filter.correct(self._calibration.to_pressure(raw), dt, saturated)
         read = np.where(read > self._threshold, read, 0.0)
         self._images = read[: self._taxels].reshape(self._images.shape)
         self._forces = read[self._taxels :] * PAD_AREA_M2

@@ -74,6 +74,17 @@ def test_memory_is_fitted_and_removed():
     assert fresh.correct(np.full(5, half), 0.02) == pytest.approx(2000.0)
 
 
+def test_the_memory_of_a_saturated_tactel_is_no_contact():
+    memory, full = FoamMemory(0.1, 2.0), np.full(2, 12e3)
+    corrected = MemoryFilter(memory)
+    # A load of 80 kPa reads 12 kPa, and leaves a memory of 8 kPa.
+    assert (corrected.correct(full, 0.01, full > 11e3) == full).all()
+    assert (corrected.correct(np.full(2, 8e3), 0.01, np.zeros(2, bool)) == 0.0).all()
+    without = MemoryFilter(memory)
+    without.correct(full, 0.01)
+    assert (without.correct(np.full(2, 8e3), 0.01) > 7e3).all()
+
+
 def test_pad_without_memory_stays_as_it_is():
     times = np.array([0.1, 0.2, 0.3])
     memory = fit_memory(np.full(5, 4000.0), np.zeros((3, 5)), times)

@@ -126,6 +126,16 @@ def test_on_ridges_distinguishes_ridges_from_smooth_surface():
     assert on_ridges(unknown_object(), np.array(points)).tolist() == [True, False, False]
 
 
+def test_no_points_are_felt_at_saturated_tactels(decoder):
+    image = np.full(256, 1500.0)
+    unknown = np.zeros(256, bool)
+    unknown[:128] = True
+    found = felt_points(image, decoder, unknown=unknown)
+    lowest = decoder.array.positions[~unknown, 1].min()
+    assert len(found) > 100
+    assert found[:, 1].min() > lowest
+
+
 def test_felt_points_is_empty_without_contact(decoder):
     assert felt_points(np.zeros(256), decoder).shape == (0, 3)
 

@@ -420,13 +420,16 @@ def test_load_step_out_of_range_is_refused(step):
 
 
 def test_sensor_models_are_rows_and_unknown_ones_are_refused():
-    known: dict[str, Any] = {"camera": True, "known": False}
-    given: Any = ["single"], [1.0], [0.0], [1.0]
-    dials = ("default", "default")
-    rows = requested_conditions(*given, ["exact", "real"], dials, **known)
+    def rows_of(sensors: list[str]) -> list[Condition]:
+        dials = ("default", "default")
+        return requested_conditions(
+            ["single"], [1.0], [0.0], [1.0], sensors, dials, camera=True, known=False
+        )
+
+    rows = rows_of(["exact", "real"])
     assert [row.name for row in rows] == ["single", "single, sensor real"]
     with pytest.raises(InputError, match="--sensor best: unknown, expected exact, ideal, good"):
-        requested_conditions(*given, ["best"], dials, **known)
+        rows_of(["best"])
 
 
 def test_unknown_family_is_refused():
