@@ -17,7 +17,7 @@ from ..mujoco_import import import_mujoco
 from .arm_check import check_arm, check_file_format, check_rest_posture
 from .hand_description import DESCRIPTION_SUFFIX, EXAMPLE, HandDescription, description_beside
 from .hand_frame import find_frame
-from .jaw_assembly import prepare_jaws
+from .jaw_assembly import fix_base, prepare_jaws
 from .jaw_drives import JawDrives, create_jaw_drives
 from .jaw_mechanism import JawMechanism, find_jaws, name_parts
 from .pad_friction import grip_pads
@@ -172,6 +172,7 @@ class GraspRobot:
             prepare_for_attachment(hand)
             if self.jaws is not None:
                 name_parts(hand)
+                fix_base(hand, self.mechanism)
             # A gripper sits on the flange, the palm of a hand with fingers before it.
             depth = PALM_BEFORE_FLANGE_M if self.jaws is None else 0.0
             default = RigidTransform.from_translation([0.0, 0.0, depth])

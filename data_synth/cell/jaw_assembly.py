@@ -15,6 +15,21 @@ CONTACT_SOLREF, CONTACT_SOLIMP = [0.004, 1.0], [0.95, 0.99, 0.001, 0.5, 2.0]
 soft as the object is light. With the default, 35 N close the jaws through an object of 7 g."""
 
 
+def fix_base(spec: Any, mechanism: JawMechanism) -> None:
+    """Fix the palm of a gripper's spec (`MjSpec`): remove the joints that carry it.
+
+    A free base, or a virtual arm of slides and hinges, makes a gripper float in its file. On the
+    flange of an arm nothing drives them.
+    """
+    body = next(one for one in spec.bodies if one.name == mechanism.root)
+    while body is not None and body.name != "world":
+        for joint in list(body.joints):
+            for motor in [one for one in spec.actuators if one.target == joint.name]:
+                spec.delete(motor)
+            spec.delete(joint)
+        body = body.parent
+
+
 def prepare_jaws(
     spec: Any, mechanism: JawMechanism, friction: float | None, *, prefix: str = ""
 ) -> None:
@@ -41,6 +56,9 @@ def prepare_jaws(
         make_servo(spec, prefix + motor, float(stiffness))
     if len(mechanism.motors) > 1:
         add_armature(spec, [prefix + name for name in mechanism.joints])
+    for one, other in mechanism.overlaps:
+        # Shapes of a linkage are rough. Its joints say how it moves.
+        spec.add_exclude(bodyname1=prefix + one, bodyname2=prefix + other)
     sliding = SLIDING_FRICTION if friction is None else friction
     jaws = {prefix + name for side in mechanism.jaws for name in side}
     for body in spec.bodies[1:]:

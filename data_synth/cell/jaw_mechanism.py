@@ -30,9 +30,12 @@ PAD_MIDDLE = 0.01
 """Distance of the middle of a pad from the fingertips, m."""
 MIN_MOTION = 1e-3
 """Least motion of a joint that needs a motor, m or rad."""
-FINGER_ARMATURE = 1e-3
-"""Inertia of the geared motor of a finger's joint where the file has none, kg m². It makes the
-servo of a small fingertip as stiff as that of a real hand."""
+MIN_OVERLAP = 1e-3
+"""Overlap of two parts of a gripper from which on it comes from rough shapes, m."""
+HINGE_ARMATURE, SLIDE_ARMATURE = 1e-3, 0.5
+"""Inertia of the geared motor of a finger's joint where the file has none, kg m² and kg. It makes
+the servo of a small fingertip as stiff as that of a real hand. With that of a hinge for a slide,
+the light jaws of a YuMi gripper stall on an object. The value for slides is an estimate."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,6 +67,8 @@ class JawMechanism:
     Nm/rad."""
     force: float
     """Maximum closing force of each jaw by the limits of the motors, N; inf without limits."""
+    overlaps: frozenset[tuple[str, str]]
+    """Pairs of bodies that overlap in one of the postures, besides the two jaws."""
 
     @property
     def stroke(self) -> float:
@@ -101,11 +106,12 @@ def _find_jaws(path: Path, modified: int) -> JawMechanism:
         model = compile_robot(spec, path.name)
         data = mujoco.MjData(model)
     addresses = [int(model.joint(name).qposadr[0]) for name in found.joints]
-    lengths, slopes = [], []
+    lengths, slopes, touching = [], [], set[tuple[str, str]]()
     for width, posture in zip(found.widths, found.positions, strict=True):
         data.qpos[addresses] = posture
         mujoco.mj_forward(model, data)
         lengths.append(data.actuator_length[motors].copy())
+        touching |= _overlaps(model, data, int(model.body(found.body).id))
         slopes.append(_slopes(model, data, found, motors, float(width)))
     along = np.array(lengths)
     if len(motors) == 1:
@@ -114,12 +120,14 @@ def _find_jaws(path: Path, modified: int) -> JawMechanism:
             raise InputError(f"{path.name}: the motor does not move the jaws")
         slopes = [(found.widths[-1] - found.widths[0]) / travel] * len(along)
     limits = _limits(model, motors)
+    sides = found.sides
+    opposed = {pair for a in sides[0] for b in sides[1] for pair in ((a, b), (b, a))}
     force = np.min(limits / np.maximum(np.abs(slopes), 1e-9).max(axis=0))
     return JawMechanism(
         root=found.body,
         motors=tuple(model.actuator(motor).name for motor in motors),
         joints=found.joints,
-        jaws=found.sides,
+        jaws=sides,
         T_root_tool=found.T_body_tool,
         widths=found.widths,
         lengths=along,
@@ -127,7 +135,24 @@ def _find_jaws(path: Path, modified: int) -> JawMechanism:
         slopes=np.array(slopes),
         stiffness=_stiffness(model, motors),
         force=float(force),
+        overlaps=frozenset(touching - opposed),
     )
+
+
+def _overlaps(model: Any, data: Any, root: int) -> set[tuple[str, str]]:
+    """Return the pairs of bodies on a body whose shapes overlap."""
+    found = set()
+    for contact in data.contact:
+        bodies = [int(model.geom_bodyid[geom]) for geom in contact.geom]
+        if contact.dist < -MIN_OVERLAP and all(_carries(model, root, body) for body in bodies):
+            found.add((model.body(bodies[0]).name, model.body(bodies[1]).name))
+    return found
+
+
+def _carries(model: Any, root: int, body: int) -> bool:
+    while body > root:
+        body = int(model.body_parentid[body])
+    return body == root
 
 
 def name_parts(spec: Any) -> None:
@@ -142,10 +167,12 @@ def name_parts(spec: Any) -> None:
 
 
 def add_armature(spec: Any, joints: Sequence[str]) -> None:
-    """Give joints of a spec (`MjSpec`) without inertia of a motor that of `FINGER_ARMATURE`."""
+    """Give joints of a spec (`MjSpec`) without inertia of a motor the usual one."""
+    slide = import_mujoco().mjtJoint.mjJNT_SLIDE
     for joint in spec.joints:
-        if joint.name in joints and joint.armature < FINGER_ARMATURE:
-            joint.armature = FINGER_ARMATURE
+        if joint.name in joints:
+            least = SLIDE_ARMATURE if joint.type == slide else HINGE_ARMATURE
+            joint.armature = max(joint.armature, least)
 
 
 def make_servo(spec: Any, motor: str, stiffness: float) -> None:

@@ -118,6 +118,38 @@ def test_gripper_of_a_urdf_gets_a_motor(tmp_path):
     assert robot.mechanism.force == pytest.approx(12.5)
 
 
+FLOATING = """<mujoco><worldbody><body name="float"><freejoint/><geom size=".01"/>
+<body name="palm"><joint name="lift" type="slide" axis="0 0 1" range="-1 1"/>
+<geom type="box" size=".05 .02 .02"/>
+<body name="a" pos="0 0 .02"><joint name="ja" type="slide" axis="1 0 0" range="0 .03"/>
+  <geom type="box" size=".005 .01 .005" pos=".005 0 .01"/>
+  <body name="tip"><joint name="still" type="hinge" axis="0 1 0" range="-9 9"/>
+    <geom type="box" size=".005 .01 .03" pos=".005 0 .02"/></body></body>
+<body name="b" pos="0 0 .02"><joint name="jb" type="slide" axis="-1 0 0" range="0 .03"/>
+  <geom type="box" size=".005 .01 .025" pos="-.005 0 .025"/></body>
+</body></body></worldbody>
+<equality><joint joint1="still" joint2="ja" polycoef="0 0 0 0 0"/></equality>
+<actuator><motor joint="ja" ctrllimited="true" ctrlrange="-20 20"/>
+<motor joint="jb" ctrllimited="true" ctrlrange="-20 20"/><motor joint="lift"/></actuator>
+</mujoco>"""
+"""A gripper that floats in its file; a tip reaches 10 mm into the palm."""
+
+
+@needs_files
+def test_floating_gripper_with_rough_shapes_is_fixed_to_the_arm(tmp_path):
+    (tmp_path / "floating.xml").write_text(FLOATING)
+    robot = make_robot("ur5e", "floating.xml")
+    model = robot.compiled()
+
+    assert robot.hand_joints == ("hand_ja", "hand_still", "hand_jb")
+    assert robot.mechanism.overlaps == {("palm", "tip")}
+    assert model.nexclude == 1
+    # Without the inertia of a motor, such light jaws cannot be driven with their full force.
+    np.testing.assert_allclose(
+        [model.dof_armature[model.joint(f"hand_{j}").dofadr[0]] for j in ("ja", "jb")], 0.5
+    )
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
