@@ -321,7 +321,7 @@ def _until_touch(
             end = last - 1 + gaps[last - 1] / (gaps[last - 1] - gaps[last])
         start = wedge_start(motion, int(np.ceil(end)))
         # On a wide arc the base of a finger swings back in front of the other one.
-        widest = start + int(np.argmax(gaps[start : int(end) + 1]))
+        widest = start + int(np.argmax(gaps[start : int(np.ceil(end)) + 1]))
         if gaps[widest] > gaps[start] + MIN_GAIN:
             start = widest
         whole = start == 0 and end >= len(gaps) - 1
