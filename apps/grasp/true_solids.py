@@ -34,7 +34,7 @@ def true_solids(robot: SimRobot) -> list[TabletopObject]:
     return [_solid_at(item, robot.object_pose(item.name)) for item in _outside_tray(robot)]
 
 
-def distances(robot: SimRobot, point: NDArray[np.float64]) -> dict[str, float]:
+def _distances(robot: SimRobot, point: NDArray[np.float64]) -> dict[str, float]:
     """Return the signed distance of a point to each object outside the tray, by name, m.
 
     The distance to a solid is negative inside it. For a mesh that no solid fits, it is the distance
@@ -58,6 +58,16 @@ def distances(robot: SimRobot, point: NDArray[np.float64]) -> dict[str, float]:
             corners = pose.apply(item.vertices)
             found[item.name] = float(np.linalg.norm(corners - point, axis=1).min())
     return found
+
+
+def nearest_object(robot: SimRobot, point: NDArray[np.float64]) -> str:
+    """Return the name of the object nearest to a point (3,) of the world; empty without objects.
+
+    Distances are signed. The unsigned distance is wrong for a point deep inside an object: a
+    neighbour's surface can be nearer.
+    """
+    apart = _distances(robot, point)
+    return min(apart, key=apart.__getitem__) if apart else ""
 
 
 def _outside_tray(robot: SimRobot) -> list[TabletopObject | MeshObject]:

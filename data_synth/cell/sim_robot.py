@@ -23,6 +23,7 @@ from .fingertip_pads import find_tips
 from .grasp_cell import add_pedestal
 from .grasp_world import ROBOT_PREFIX, GraspWorld
 from .hand_touch import HandTouch
+from .robot_faults import command_fault, simulation_fault
 from .wrist_sensor import WristSensor
 
 if TYPE_CHECKING:
@@ -37,8 +38,6 @@ if TYPE_CHECKING:
 PERIOD_S = 0.004
 """Control period, s. It must be a multiple of the physics step."""
 
-_WARNINGS = ("BADQPOS", "BADQVEL", "BADQACC", "BADCTRL")
-"""MuJoCo's warnings of a state that is not finite or too large."""
 _MAX_HEIGHT_IN_TRAY_M = 0.3
 """Maximum height of the centre of an object in the tray above the tray's floor, m."""
 
@@ -100,7 +99,6 @@ class SimRobot:
         self._sensor = HandTouch(sensor, self._hand, on_pads, seed) if sensor else None
         self._touch = ContactRecord(model, data, world)
         self._wrist = WristSensor(model, data, ROBOT_PREFIX + world.robot.frame, seed)
-        self._warnings = [int(getattr(mujoco.mjtWarning, f"mjWARN_{w}")) for w in _WARNINGS]
         self._saved_state = np.empty(
             mujoco.mj_stateSize(model, mujoco.mjtState.mjSTATE_INTEGRATION)
         )
@@ -198,7 +196,7 @@ class SimRobot:
         if velocity.shape != (len(self.joints),):
             raise InputError(f"velocity must be ({len(self.joints)},), got {velocity.shape}")
         if not self._fault:
-            self._check(velocity, command)
+            self._fault = command_fault(velocity, command)
         if self._fault:
             return self.read()
         mujoco, model, data = self._mujoco, self._model, self._data
@@ -213,7 +211,7 @@ class SimRobot:
             self._touch.record()
         self._wrist.measure()
         self._sense()
-        self._fault = self._failure()
+        self._fault = simulation_fault(data)
         if self._fault:
             mujoco.mj_setState(model, data, self._saved_state, whole)
             mujoco.mj_forward(model, data)
@@ -320,22 +318,6 @@ class SimRobot:
         """Take an image of the hand's pads, if a sensor model reads them."""
         if self._sensor is not None:
             self._sensor.sense(self.exact_hand_reading(), self._data, self._tips)
-
-    def _check(self, velocity: NDArray[np.float64], command: AnyCommand | None) -> None:
-        if not np.isfinite(velocity).all():
-            self._fault = f"commanded joint velocities are not finite: {velocity.tolist()}"
-        elif command is not None and not np.isfinite(command.values).all():
-            self._fault = f"commanded hand values are not finite: {command.values.tolist()}"
-
-    def _failure(self) -> str:
-        data = self._data
-        counts = data.warning.number
-        for name, number in zip(_WARNINGS, self._warnings, strict=True):
-            if counts[number]:
-                return f"the simulation failed: {name} at {data.time:.3f} s"
-        if not np.isfinite(data.qpos).all():
-            return f"the simulation failed: a position is not finite at {data.time:.3f} s"
-        return ""
 
     def _open_hand(self) -> None:
         robot = self._world.robot

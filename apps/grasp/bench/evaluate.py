@@ -164,10 +164,8 @@ def evaluate_grasp(
     machines = checked_machines(jobs, cluster)
     dials = checked_dials(perception, control)
     extras = trial_extras(purpose, objects, robot, wrist_camera=wrist_camera)
-    if (family, friction, shake, load_step, sensor) == (None,) * 5 and dials == (
-        "default",
-        "default",
-    ):
+    chosen = [one for one in (family, friction, shake, load_step, sensor) if one is not None]
+    if not chosen and dials == ("default", "default"):
         conditions = default_conditions(camera=camera, known=known)
     else:
         conditions = requested_conditions(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -40,7 +41,7 @@ from eyehand.perception import DepthFrame, PerceiveOptions, Scene, perceive
 from ..ground_truth_scene import ground_truth_scene
 from ..mesh_scenes import ObjectSource, mesh_scene
 from ..scenes import GraspFamily, grasp_scene
-from ..true_solids import distances, true_solids
+from ..true_solids import nearest_object, true_solids
 from .dials import DEFAULT, control_dial, perception_dial
 from .displacement import Displacement
 from .held_load import HeldLoad, predicted_hold
@@ -247,16 +248,13 @@ class Scorer:
     def __init__(
         self, cell: Cell, robot: SimRobot, load_step: float = 1.0, friction: float = 1.0
     ) -> None:
-        self._cell = cell
-        self._robot = robot
+        self._cell, self._robot = cell, robot
         self._on_cycle = cell.on_cycle
         cell.on_cycle = self._note_cycle
         self._rows: list[PickRow] = []
         self._start = cell.reading.time
-        self._target = ""
-        self._began = 0.0
-        self._touched: set[str] = set()
-        self._viewed: set[str] = set()
+        self._target, self._began = "", 0.0
+        self._touched, self._viewed = set[str](), set[str]()
         self._grasping = False
         self._moved = Displacement(robot, "")
         self._load_step, self._friction = load_step, friction
@@ -267,7 +265,8 @@ class Scorer:
         if report is None:
             # A segment may hold several objects. The fingers close on one of them.
             geometry, points = choice.plan.geometry, choice.target.points
-            self._target = self._nearest(geometry.centre if geometry else points.mean(axis=0))
+            place = geometry.centre if geometry else points.mean(axis=0)
+            self._target = nearest_object(self._robot, place)
             self._began = time.perf_counter()
             self._robot.take_contacts()
             # A second view belongs to the pick that follows it.
@@ -317,6 +316,8 @@ class Scorer:
         """Return the result of the trial."""
         names = self._robot.object_names
         placed = sum(self._robot.is_in_tray(name) for name in names)
+        hand = self._robot.hand
+        stroke = hand.stroke if isinstance(hand, ParallelHand) else np.inf
         return TrialResult(
             trial=trial,
             picks=tuple(self._rows),
@@ -331,17 +332,10 @@ class Scorer:
                 [row.object for row in self._rows],
                 report,
                 self._cell,
-                self._nearest,
-                self._too_wide(),
+                partial(nearest_object, self._robot),
+                too_wide_objects(self._robot.world.objects, stroke),
             ),
         )
-
-    def _too_wide(self) -> dict[str, float]:
-        """Return the objects that are too wide for a gripper with two jaws, and their widths."""
-        hand = self._robot.hand
-        if not isinstance(hand, ParallelHand):
-            return {}
-        return too_wide_objects(self._robot.world.objects, hand.stroke)
 
     def _note_cycle(self, cycle: CycleInfo) -> None:
         self._held.update(cycle)
@@ -354,12 +348,3 @@ class Scorer:
             self._grasping = self._grasping or cycle.phase not in BEFORE_GRASP
         if self._on_cycle is not None:
             self._on_cycle(cycle)
-
-    def _nearest(self, point: np.ndarray) -> str:
-        """Return the name of the object with the smallest signed distance to a point (3,).
-
-        The unsigned distance is wrong for a point deep inside an object: a neighbour's surface can
-        be nearer.
-        """
-        apart = distances(self._robot, point)
-        return min(apart, key=apart.__getitem__) if apart else ""

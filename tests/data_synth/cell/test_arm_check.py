@@ -38,9 +38,9 @@ def with_line(line, before="</mujoco>"):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("", r"cannot read .*robot\.xml"),
-        ("<html/>", r"cannot read .*html"),
-        (ARM[:2000], r"cannot read .*Line number"),
+        ("", r"robot\.xml is empty"),
+        ("<html/>", r"root element must be .*<html>"),
+        (ARM[:2000], r"no MJCF or URDF file: .*line \d+"),
         (with_line('<sensor><smell name="x"/></sensor>'), r"cannot read .*smell"),
         (
             with_line('<sensor><touch name="x" site="gone"/></sensor>'),
@@ -73,7 +73,7 @@ def test_invalid_mjcf_raises_with_reason(tmp_path, text, message):
 def test_file_of_another_format_raises(tmp_path):
     (tmp_path / "robot.xml").write_bytes(np.random.default_rng(0).bytes(3000))
     (tmp_path / "robot.urdf").write_text(URDF)
-    assert "cannot read" in error_message(tmp_path / "robot.xml")
+    assert "no MJCF or URDF file" in error_message(tmp_path / "robot.xml")
     assert "<position> actuator" in error_message(tmp_path / "robot.urdf")
     assert "this is a folder" in error_message(tmp_path)
     assert "no such file" in error_message(tmp_path / "gone.xml")

@@ -134,10 +134,11 @@ def test_scorer_uses_vertices_without_fitted_solid(tmp_path, monkeypatch):
     items = mesh_scene(ObjectSource(str(tmp_path)), "packed", 1, 2)
     none = SimpleNamespace(superquadric=None, reason="no solid")
     monkeypatch.setattr(true_solids, "fit_superquadric", lambda points, options: none)
-    cell, robot = trial_cell(items, GraspTrial())
-    scorer = Scorer(cell, robot)
+    _, robot = trial_cell(items, GraspTrial())
     for item in items:
-        assert scorer._nearest(robot.object_pose(item.name).translation) == item.name
+        assert (
+            true_solids.nearest_object(robot, robot.object_pose(item.name).translation) == item.name
+        )
 
 
 @pytest.mark.parametrize(("may_push", "counts"), [(False, (2, 0)), (True, (1, 1))])
