@@ -15,7 +15,7 @@ import pytest
 from eyehand.apps.grasp.bench.jobs import Condition, SceneOutcome, attempt, scene_jobs
 from eyehand.apps.grasp.bench.local_runs import run_here
 from eyehand.apps.grasp.bench.row_store import open_rows, scene_records
-from eyehand.apps.grasp.robot_choice import RobotChoice
+from eyehand.apps.grasp.bench.run_inputs import trial_extras
 from eyehand.errors import DeviceError
 
 
@@ -138,7 +138,7 @@ def test_columns_cover_trials_and_results():
     from eyehand.apps.grasp.bench.trial import GraspTrial, TrialResult
     from eyehand.apps.grasp.bench.unattempted import UnattemptedObject
 
-    extras = {"purpose": "lift", "objects_dir": "", **RobotChoice().trial_fields()}
+    extras = trial_extras("lift", None)
     (job,) = scene_jobs([Condition("packed")], [3], 5, extras)
     fault, _ = scene_records(job, SceneOutcome(fault="no"))
     assert set(job.trial) == {field.name for field in fields(GraspTrial)} <= set(fault)
