@@ -38,7 +38,6 @@ if TYPE_CHECKING:
     from .pick import pick_object
     from .pick_options import Balancing, PickOptions
     from .pick_state import SelectedGrasp
-    from .second_view import WristCamera
     from .support_memory import SupportMemory
     from .tray import Tray
 
@@ -82,7 +81,6 @@ __all__ = [
     "SelectedGrasp",
     "SupportMemory",
     "Tray",
-    "WristCamera",
     "clear_table",
     "correct_depth",
     "execute",
@@ -118,7 +116,6 @@ _LAZY = {
     "SelectedGrasp": "pick_state",
     "SupportMemory": "support_memory",
     "Tray": "tray",
-    "WristCamera": "second_view",
     "clear_table": "clearing",
     "execute": "motion",
     "observe": "clearing",

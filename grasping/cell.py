@@ -28,7 +28,6 @@ if TYPE_CHECKING:
     from .hands.hand_control import HandControl
     from .plan import GraspPlan
     from .robot import Robot, RobotReading
-    from .second_view import WristCamera
     from .tray import Tray
     from .tray_plan import TrayItem
 
@@ -65,8 +64,6 @@ class Cell:
         Options of the pick.
     on_cycle
         Callback after every control cycle.
-    wrist_camera
-        A depth camera on the hand, for a second view of doubtful objects. None for no second view.
     """
 
     robot: Robot
@@ -74,7 +71,6 @@ class Cell:
     tray: Tray
     options: PickOptions = field(default_factory=PickOptions)
     on_cycle: Callable[[CycleInfo], None] | None = None
-    wrist_camera: WristCamera | None = None
 
     def __post_init__(self) -> None:
         self.hand: HandControl = hand_control(self.robot.hand)

@@ -20,7 +20,6 @@ from .pick_verification import verify_pick
 from .planning import GraspOptions
 from .report import CLEAR, NOT_TRIED, NOTHING_GRASPABLE, ClearReport, PickReport
 from .scene_validation import validate_scene
-from .second_view import is_doubtful, view_again, without_tray
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -29,6 +28,7 @@ if TYPE_CHECKING:
 
     from .cell import Cell
     from .pick_state import SelectedGrasp
+    from .tray import Tray
 
     Step: TypeAlias = "Callable[[_Clearing], Step | None]"
 
@@ -181,38 +181,7 @@ def _select(run: _Clearing) -> Step:
         return _observe
     if run.stop_reason == NOTHING_GRASPABLE and run.options.push:
         _run_selection(run, replace(run.grasp_options, push=True))
-    if run.stop_reason:
-        return _stop
-    assert run.selection.grasp is not None, "a grasp was selected"
-    doubtful = is_doubtful(run.selection.grasp.plan)
-    return _view_again if doubtful and run.cell.wrist_camera is not None else _pick
-
-
-def _view_again(run: _Clearing) -> Step:
-    """Observe the selected object from another direction, and select again in the fused scene.
-
-    The first selection stays if the view is not valid, or gives no grasp with a better score.
-    """
-    grasp, wrist = run.selection.grasp, run.cell.wrist_camera
-    assert grasp is not None, "a grasp was selected"
-    assert wrist is not None, "the cell has a wrist camera"
-    second = view_again(run.cell, wrist, grasp)
-    run.perceive_ms += second.compute_ms
-    run.compute_ms += second.compute_ms
-    run.observations += 1
-    run.over_tray = False
-    if second.scene is not None:
-        first, run.scene = run.scene, second.scene
-        _run_selection(run, run.grasp_options)
-        found = run.selection.grasp
-        run.stop_reason = ""
-        if found is not None and found.plan.score.total > grasp.plan.score.total:
-            grasp = found
-        else:
-            run.scene = first
-    chosen = replace(grasp, perceive_ms=run.perceive_ms)
-    run.selection = replace(run.selection, grasp=replace(chosen, view=second.record))
-    return _pick
+    return _stop if run.stop_reason else _pick
 
 
 def _run_selection(run: _Clearing, options: GraspOptions) -> None:
@@ -293,7 +262,7 @@ def observe(cell: Cell) -> tuple[Scene | None, float, str]:
             frames += [cell.robot.capture() for _ in range(count)]
             began = time.perf_counter()
             frame = fuse_frames(frames)
-            scene = without_tray(cell.perceive(frame), cell.tray)
+            scene = _without_tray(cell.perceive(frame), cell.tray)
             problem = validate_scene(frame, scene, cell.tray)
         except (InputError, DeviceError) as error:
             scene, problem = None, f"no valid depth image: {error}"
@@ -323,3 +292,8 @@ def move_home(cell: Cell, scene: Scene) -> bool:
         stop=lambda reading: unexpected_contact(cell, reading),
     )
     return bool(result)
+
+
+def _without_tray(scene: Scene, tray: Tray) -> Scene:
+    objects = tuple(item for item in scene.objects if not tray.contains(item.points.mean(axis=0)))
+    return replace(scene, objects=objects)

@@ -29,8 +29,6 @@ def pick_object(cell: Cell, grasp: SelectedGrasp) -> PickReport:
     state = PickState(grasp)
     solid = grasp.target.fit.superquadric
     cell.begin()
-    if grasp.view is not None:
-        cell.records.append(grasp.view)
     cell.plan = grasp.plan
     failure: PhaseFailure | None = None
     held = HeldState(0)

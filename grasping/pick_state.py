@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from .hands.hand_control import ClosingController
     from .plan import GraspPlan
     from .prototypes import Prototype
-    from .report import PhaseRecord, PickOutcome
+    from .report import PickOutcome
     from .robot import RobotReading
 
 TARGET = "target"
@@ -83,8 +83,6 @@ class SelectedGrasp:
     """Computing time of the selection, ms."""
     firm: bool = False
     """Whether the hand grips with its full force, because the object slipped out before."""
-    view: PhaseRecord | None = None
-    """The second view before the pick; None without one."""
 
 
 @dataclass(frozen=True)

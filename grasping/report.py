@@ -16,7 +16,6 @@ if TYPE_CHECKING:
 Phase = Literal[
     "observe",
     "select",
-    "view",
     "pre-grasp",
     "approach",
     "contact",

@@ -102,18 +102,18 @@ def _summary(record: DemoRecord) -> str:
     head = [
         "pick",
         "object",
+        "outcome",
         "grasp",
         "task rows",
         "perceive ms",
         "plan ms",
         "simulated s",
-        "outcome",
     ]
     # Explain sizes and scores once for all cards.
     terms = {term for pick in record.report.picks for term in pick.plan.score.terms}
     return (
         '<div class="card wide" tabindex="0" role="region" aria-label="table of the picks">'
-        f"{html_table(head, rows, numbers=(4, 5, 6))}"
+        f"{html_table(head, rows, numbers=(5, 6, 7))}"
         f'<p class="legend">{SIZE_NOTE}</p><p class="legend">{score_legend(terms)}</p></div>'
     )
 
@@ -125,10 +125,10 @@ def _row(number: int, capture: Capture) -> list[str]:
     return [
         f'<a href="#capture{number}">{number}</a>',
         object_cell(capture),
+        f"{outcome_pill(capture)}{reason}",
         escape(pick.plan.name),
         f'<b>{pick.plan.rows}</b> <span class="faint">{escape(task_words(pick.plan))}</span>',
         f"{pick.perceive_ms:.0f}",
         f"{pick.plan_ms:.0f}",
         f"{pick.seconds:.1f}",
-        f"{outcome_pill(capture)}{reason}",
     ]

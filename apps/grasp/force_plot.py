@@ -20,7 +20,6 @@ if TYPE_CHECKING:
 PHASE_COLOURS: dict[Phase, str] = {
     "observe": "#EEF0F3",
     "select": "#EEF0F3",
-    "view": "#EEF0F3",
     "pre-grasp": "#DDE7F1",
     "approach": "#BFD6EA",
     "contact": "#FBE3B6",

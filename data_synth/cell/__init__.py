@@ -30,7 +30,6 @@ from .robot_names import (
     robot_file,
 )
 from .sim_robot import SimRobot
-from .sim_wrist_camera import SimWristCamera
 from .simulated_glove import SimulatedGlove
 from .spec_assembly import match_options
 from .synergy_drives import SynergyDrives
@@ -58,7 +57,6 @@ __all__ = [
     "GraspWorld",
     "HandDescription",
     "SimRobot",
-    "SimWristCamera",
     "SimulatedGlove",
     "SynergyDrives",
     "camera_pose",

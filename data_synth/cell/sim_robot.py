@@ -219,30 +219,15 @@ class SimRobot:
 
     def capture(self) -> DepthFrame:
         """Capture a depth image. Pixels of the robot, its pedestal and the tray have no reading."""
-        return self.capture_from(self._world.cell.T_world_camera)
-
-    def capture_from(
-        self, T_world_camera: RigidTransform, assumed: RigidTransform | None = None
-    ) -> DepthFrame:
-        """Capture a depth image as :meth:`capture` does, from another camera pose.
-
-        Parameters
-        ----------
-        T_world_camera
-            True pose of the camera.
-        assumed
-            Pose of the frame, with the errors of the calibration; the true one if None.
-        """
         cell = self._world.cell
         labels = np.zeros(self._model.ngeom, dtype=np.int32)
         labels[self._touch.robot] = 1
-        view = self._render(cell.intrinsics, T_world_camera, labels, colour=False)
+        view = self._render(cell.intrinsics, cell.T_world_camera, labels, colour=False)
         rng = np.random.default_rng([self._seed, self._captures])
         self._captures += 1
         depth = add_depth_noise(view.depth, cell.intrinsics, rng, self._noise)
         depth = mask_robot(depth, view.labels == 1)
-        pose = T_world_camera if assumed is None else assumed
-        frame = DepthFrame(depth, cell.intrinsics, pose)
+        frame = DepthFrame(depth, cell.intrinsics, cell.T_world_camera)
         return replace(frame, depth=mask_points(frame, self._world.is_near_tray))
 
     def picture(

@@ -67,7 +67,6 @@ def evaluate_grasp(
     learned_table: bool = False,
     split: Literal["all", "development", "held-out"] = "all",
     density: float | None = None,
-    wrist_camera: bool = False,
 ) -> int:
     """Clear simulated tables of unknown objects and measure the success rate.
 
@@ -139,8 +138,6 @@ def evaluate_grasp(
         development half.
     density
         Density of all objects of the folder, kg/m³; default: the masses of their files.
-    wrist_camera
-        Observe the object of a doubtful grasp once more, with a camera on the wrist.
     """
     if protocol == "clutter-removal":
         return _run_protocol(
@@ -163,7 +160,7 @@ def evaluate_grasp(
         raise InputError("--no-known and --no-camera exclude each other: remove one of them")
     machines = checked_machines(jobs, cluster)
     dials = checked_dials(perception, control)
-    extras = trial_extras(purpose, objects, robot, wrist_camera=wrist_camera)
+    extras = trial_extras(purpose, objects, robot)
     chosen = [one for one in (family, friction, shake, load_step, sensor) if one is not None]
     if not chosen and dials == ("default", "default"):
         conditions = default_conditions(camera=camera, known=known)

@@ -100,11 +100,7 @@ def checked_dials(perception: str, control: str) -> tuple[str, str]:
 
 
 def trial_extras(
-    purpose: str,
-    objects: Path | None,
-    robot: RobotChoice | None = None,
-    *,
-    wrist_camera: bool = False,
+    purpose: str, objects: Path | None, robot: RobotChoice | None = None
 ) -> dict[str, Any]:
     """Check the files of a trial and return its fields for them, with absolute paths.
 
@@ -120,7 +116,6 @@ def trial_extras(
     return {
         "purpose": purpose,
         "objects_dir": str(objects.resolve()) if objects else "",
-        "wrist_camera": wrist_camera,
         **(robot or RobotChoice()).trial_fields(),
     }
 

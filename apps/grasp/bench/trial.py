@@ -11,14 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from eyehand.data_synth import DepthNoise
-from eyehand.data_synth.cell import (
-    INCLUDED_ARM,
-    GraspRobot,
-    GraspWorld,
-    SimRobot,
-    SimWristCamera,
-    make_robot,
-)
+from eyehand.data_synth.cell import INCLUDED_ARM, GraspRobot, GraspWorld, SimRobot, make_robot
 from eyehand.data_synth.pad import SENSORS, SensorModel
 from eyehand.data_synth.scenes import MeshObject, Split, TabletopObject
 from eyehand.grasping import (
@@ -33,7 +26,6 @@ from eyehand.grasping import (
     PickReport,
     SelectedGrasp,
     Tray,
-    WristCamera,
     clear_table,
 )
 from eyehand.perception import DepthFrame, PerceiveOptions, Scene, perceive
@@ -52,7 +44,7 @@ SETTLE_SECONDS = 0.3
 """Waiting time before the first capture, s. Dropped objects come to rest."""
 FALL_SECONDS = 2.5
 """Waiting time for objects that start in the air, s."""
-BEFORE_GRASP = ("observe", "select", "view", "pre-grasp", "approach", "contact")
+BEFORE_GRASP = ("observe", "select", "pre-grasp", "approach", "contact")
 """Phases in which the robot must touch nothing but the target object."""
 
 
@@ -97,8 +89,6 @@ class GraspTrial:
     mount: str = ""
     """Pose of the hand in the arm's flange: "x y z roll pitch yaw", m and rad. Empty for the
     default."""
-    wrist_camera: bool = False
-    """Whether a camera on the wrist observes doubtful objects once more."""
     sensor: str = ""
     """Sensor model of the hand's pads, one of `SENSORS`. If empty, touch is exact."""
 
@@ -174,9 +164,6 @@ def trial_cell(
     perception = None if trial.known else perception_dial(trial.perception)
     sensor = SENSORS[trial.sensor] if trial.sensor else None
     cell, robot = build_cell(world, trial.seed, options, perception, sensor=sensor)
-    if trial.wrist_camera:
-        camera = SimWristCamera(robot, trial.seed)
-        cell.wrist_camera = WristCamera(camera, camera.T_palm_camera)
     cell.wait(FALL_SECONDS if trial.objects_dir else SETTLE_SECONDS)
     cell.on_cycle = on_cycle
     return cell, robot
@@ -254,7 +241,7 @@ class Scorer:
         self._rows: list[PickRow] = []
         self._start = cell.reading.time
         self._target, self._began = "", 0.0
-        self._touched, self._viewed = set[str](), set[str]()
+        self._touched = set[str]()
         self._grasping = False
         self._moved = Displacement(robot, "")
         self._load_step, self._friction = load_step, friction
@@ -269,9 +256,7 @@ class Scorer:
             self._target = nearest_object(self._robot, place)
             self._began = time.perf_counter()
             self._robot.take_contacts()
-            # A second view belongs to the pick that follows it.
-            self._touched, self._viewed = self._viewed, set()
-            self._grasping = False
+            self._touched, self._grasping = set(), False
             self._moved = Displacement(self._robot, self._target)
             self._held = HeldLoad(self._robot, self._target, self._load_step, self._friction)
             return
@@ -339,8 +324,6 @@ class Scorer:
 
     def _note_cycle(self, cycle: CycleInfo) -> None:
         self._held.update(cycle)
-        if cycle.phase == "view":
-            self._viewed |= self._robot.take_contacts()
         if not self._grasping or self._moved.active:
             touched = self._robot.take_contacts()
             self._moved.update(cycle.phase, touched)
