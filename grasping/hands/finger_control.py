@@ -22,10 +22,6 @@ from .hand_state import finger_curl, finger_reading, grip_width, is_holding
 CONTACT_FORCE = 0.1
 """Force above which a pad counts as in contact with the held object, N."""
 
-
-TOLERANCE = 0.004
-"""Error of the approach that compliant fingers compensate, m or rad."""
-
 PRESSURE_THRESHOLD = 200.0
 """Pressure above which a tactel counts as touched, Pa; 5 mN on a tactel of 5 x 5 mm."""
 FACE_SHARE = 0.5
@@ -49,11 +45,6 @@ class FingerControl:
     def max_opening(self) -> float:
         """Maximum opening, m."""
         return self.model.max_opening
-
-    @property
-    def tolerance(self) -> float:
-        """Error of the approach that the compliance of the hand compensates, m or rad."""
-        return TOLERANCE
 
     def reach(self, opening: float) -> float:
         """Return the distance of the fingertips from the palm along z at an opening, m."""

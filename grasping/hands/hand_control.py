@@ -55,11 +55,6 @@ class HandControl(Protocol):
         """Maximum opening, m."""
         ...
 
-    @property
-    def tolerance(self) -> float:
-        """Error of the approach that the compliance of the hand compensates, m or rad."""
-        ...
-
     def reach(self, opening: float) -> float:
         """Return the distance of the fingertips from the hand frame along z at an opening, m."""
         ...

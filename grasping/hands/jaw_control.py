@@ -25,9 +25,6 @@ JAWS = ("left jaw", "right jaw")
 """Names of the jaws at -x and +x in records and messages."""
 MOVE_FORCE_SHARE = 0.3
 """Share of the maximum force with which the empty gripper moves."""
-TOLERANCE = 0.001
-"""Error at which the approach ends, m or rad. Stiff jaws compensate none, and a flat object is
-10 mm high."""
 
 
 @dataclass(frozen=True)
@@ -46,11 +43,6 @@ class JawControl:
     def max_opening(self) -> float:
         """Maximum distance between the pads, m."""
         return self.model.stroke
-
-    @property
-    def tolerance(self) -> float:
-        """Error of the approach that the compliance of the hand compensates, m or rad."""
-        return TOLERANCE
 
     def reach(self, opening: float) -> float:
         """Return the distance of the fingertips from the tool frame along z at an opening, m."""

@@ -113,6 +113,15 @@ def test_brief_touch_above_the_object_does_not_end_the_approach():
     assert brushing.lowest == pytest.approx(undisturbed.lowest, abs=0.002)
 
 
+def test_approach_ends_at_the_planned_height():
+    robot = BrushingRobot()
+    plan = first_pick(robot, [box()], []).plan
+    assert plan.approach == "top"
+    assert plan.geometry is not None
+    # Fingertips some mm higher squeeze low round objects out.
+    assert robot.lowest == pytest.approx(plan.geometry.centre[2] + plan.standoff, abs=0.002)
+
+
 def test_robot_fault_stops_clearing_with_reason():
     robot = FakeRobot(fault_at=1.0)
     report, _ = run(robot, [box()])
