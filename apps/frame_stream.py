@@ -77,7 +77,7 @@ def open_frames(
         if path.suffix.lower() not in FRAME_SUFFIXES:
             raise InputError(
                 f"{path}: suffix {path.suffix!r} is not a frame format, expected one of "
-                f"{', '.join((*FRAME_SUFFIXES, RECORDING_SUFFIX))}"
+                f"{', '.join((*FRAME_SUFFIXES, RECORDING_SUFFIX))} (.npz with `depth` and `K`)"
             )
         if count not in (None, 1):
             raise InputError(f"--frames needs --oak or a recording, and {path} is one frame")

@@ -19,7 +19,7 @@ from .frame_stream import check_source, is_recording, open_frames
 from .grasp.jaw_frame import GraspedFrame, grasp_frame
 from .grasp.jaw_table import frame_json, grasp_rows, grasp_table, object_notes
 from .output_files import make_folder, write_picture, write_text
-from .perceived_frame import check_usable, load_kernels
+from .perceived_frame import check_usable, load_kernels, support_line
 
 MAX_CALIBRATION_ERROR = 50.0
 """Maximum of --calibration-error, mm."""
@@ -205,6 +205,8 @@ def _report(found: GraspedFrame, *, json_wanted: bool) -> None:
             f"{1e3 * correction.height_error:+.1f} mm off, tilted by "
             f"{math.degrees(correction.tilt):.1f}°"
         )
+    if line := support_line(found.scene):
+        say(line)
     for warning in found.scene.warnings:
         say(f"warning: {warning.message}")
 

@@ -20,6 +20,7 @@ from .perceived_frame import (
     load_kernels,
     perceive_and_plan,
     plan_scene,
+    support_line,
 )
 from .ros_markers import check_mcap_name, scene_writer, write_scene
 from .run_folder import claim_folder
@@ -113,6 +114,8 @@ def _write(folder: Path, found: PerceivedFrame, source: str, *, json_wanted: boo
     """Write the files of a frame and print its table."""
     write_perceived_frame(folder, found, source)
     show(scene_table(found, source), json_wanted=json_wanted)
+    if line := support_line(found.scene):
+        say(line)
     for warning in found.scene.warnings:
         say(f"warning: {warning.message}")
     say(f"pictures and scene.json in {folder}")

@@ -65,6 +65,17 @@ def plan_scene(scene: Scene, select: GraspOptions | None = None) -> dict[int, Gr
     }
 
 
+def support_line(scene: Scene) -> str:
+    """Describe where the support is in the world; empty without a support or the pose."""
+    if scene.support is None or scene.reference_frame == "camera":
+        return ""
+    normal, points = scene.support.normal, [item.points for item in scene.objects]
+    x, y = np.median(np.concatenate(points), axis=0)[:2] if points else scene.view_origin[:2]
+    z = -(normal[0] * x + normal[1] * y + scene.support.offset) / normal[2]
+    tilt = np.degrees(np.arccos(min(normal[2], 1.0)))
+    return f"the support is at z = {1e3 * z:.0f} mm in the world, tilted by {tilt:.1f}°"
+
+
 def load_kernels() -> Scene:
     """Load the numba kernels, and return the small scene that :func:`warm_up` perceives.
 

@@ -185,7 +185,10 @@ def _is_frame(path: Path, *, labelled: bool) -> bool:
     suffix = path.suffix.lower()
     if suffix not in FRAME_SUFFIXES and suffix not in CLOUD_SUFFIXES:
         known = ", ".join(dict.fromkeys((*CLOUD_SUFFIXES, *FRAME_SUFFIXES)))
-        raise InputError(f"{path}: suffix {path.suffix!r} is not supported, expected {known}")
+        raise InputError(
+            f"{path}: suffix {path.suffix!r} is not supported, expected {known} (.npz with "
+            "`points` (N, 3), m, or with `depth` and `K`)"
+        )
     if suffix == ".png":
         return True
     if suffix == ".npz":

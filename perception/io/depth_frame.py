@@ -16,7 +16,7 @@ from .depth_units import metres_from_units, millimetres_from_metres
 from .frame_npz import read_npz_frame, write_npz_frame
 from .input_file import is_file, naming, read_bytes
 from .intrinsics import (
-    CAMERA_FORMS,
+    CAMERA_FORM,
     CAMERA_NAMES,
     CameraFile,
     camera_json,
@@ -131,7 +131,7 @@ def _checked_suffix(path: Path) -> str:
     if suffix not in FRAME_SUFFIXES:
         raise InputError(
             f"{path}: suffix {path.suffix!r} is no frame format, expected one of "
-            f"{', '.join(FRAME_SUFFIXES)}"
+            f"{', '.join(FRAME_SUFFIXES)} (.npz with `depth` and `K`)"
         )
     return suffix
 
@@ -169,8 +169,9 @@ def _camera_beside(path: Path) -> Path:
     if camera is None:
         names = ", ".join((f"{path.stem}.json", *CAMERA_NAMES))
         raise InputError(
-            f"{path}: no camera intrinsics, expected one of {names} beside it, or `camera`, "
-            f"with {CAMERA_FORMS}"
+            f"{path}: no camera intrinsics, expected one of {names} beside it, or a camera file "
+            f"that --camera (in Python camera=) names, with {CAMERA_FORM}, or the form of "
+            "open3d or BOP"
         )
     return camera
 

@@ -22,9 +22,10 @@ from .pose_json import number_from_json, numbers_from_json, pose_from_json, pose
 CAMERA_NAMES = ("camera.json", "intrinsics.json", "scene_camera.json")
 """Camera files that apply to a whole folder. They are tried after `<stem>.json`, in this order."""
 
+CAMERA_FORM = "{fx, fy, cx, cy, width, height[, depth_scale_mm, T_world_camera]}"
+"""The form of eyehand."""
 CAMERA_FORMS = (
-    "{fx, fy, cx, cy, width, height[, depth_scale_mm]}, "
-    "open3d's {width, height, intrinsic_matrix: 9 column-major}, "
+    CAMERA_FORM + ", open3d's {width, height, intrinsic_matrix: 9 column-major}, "
     "or BOP's {cam_K: 9 row-major, depth_scale} alone or keyed by image number"
 )
 """The accepted JSON forms, as error messages list them."""

@@ -153,6 +153,7 @@ def _checked_suffix(path: Path, known: tuple[str, ...]) -> str:
     if suffix not in known:
         raise InputError(
             f"{path}: suffix {path.suffix!r} is no cloud format, expected one of {', '.join(known)}"
+            " (.npz with `points`)"
         )
     return suffix
 

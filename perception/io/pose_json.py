@@ -55,16 +55,21 @@ def pose_from_matrix(matrix: NDArray, name: str) -> RigidTransform:
 def pose_from_json(value: Any, name: str) -> RigidTransform:
     """Read a pose from ``{"quat_wxyz": [w, x, y, z], "translation_m": [x, y, z]}``.
 
+    Four rows of a homogeneous matrix (4, 4), m, are read too.
+
     Raises
     ------
     InputError
-        If the form is different, a value is not a finite number, or the quaternion is not of unit
-        length.
+        If the form is different, a value is not a finite number, the quaternion is not of unit
+        length, or the matrix is no rigid pose.
     """
+    if isinstance(value, list) and len(value) == 4:
+        rows = [numbers_from_json(row, 4, f"{name}[{i}]") for i, row in enumerate(value)]
+        return pose_from_matrix(np.array(rows), name)
     if not isinstance(value, dict) or not {"quat_wxyz", "translation_m"} <= value.keys():
         raise InputError(
-            f'{name} must be {{"quat_wxyz": [w, x, y, z], "translation_m": [x, y, z]}}, '
-            f"got {_shortened(value)}"
+            f'{name} must be {{"quat_wxyz": [w, x, y, z], "translation_m": [x, y, z]}}, or the 4 '
+            f"rows of a (4, 4) matrix, got {_shortened(value)}"
         )
     quaternion = numbers_from_json(value["quat_wxyz"], 4, f"{name}.quat_wxyz")
     translation = numbers_from_json(value["translation_m"], 3, f"{name}.translation_m")

@@ -7,11 +7,17 @@ import math
 import numpy as np
 
 from ..frame import CameraIntrinsics, DepthFrame
+from .frame_noise import NoiseProfile
+from .options import SegmentationOptions
 from .scene_warnings import SceneWarning, WarningKind
+from .support_plane import MAX_TILT, find_supports
 from .working_image import WorkingImage
 
 FIELD_OF_VIEW_DEG = (5.0, 150.0)
 """Range of the field of view of depth cameras, with room for crops of their images, °."""
+FAR_M, FAR_QUANTILE = 2.5, 0.05
+"""Distance beyond which no solid is fitted, m, and the share of the readings that may be nearer. A
+frame beyond it is usually in another unit: a D405 counts 0.1 mm."""
 MAX_ASPECT = 1.2
 """Maximum ratio of the focal lengths, either way. Pixels of depth cameras are square within 2 %."""
 STEP = 7
@@ -50,7 +56,34 @@ def check_frame(frame: DepthFrame, image: WorkingImage) -> tuple[SceneWarning, .
         elif sample.min() == sample.max() and np.ptp(frame.depth[frame.valid]) == 0:
             depth = f"{1 / middle:.3f} m"
             messages["constant"] = f"all readings are {depth}: the image shows no scene"
+        if np.quantile(sample, 1.0 - FAR_QUANTILE) < 1.0 / FAR_M:
+            messages["far"] = (
+                f"nearly all readings are beyond {FAR_M:g} m, the median at {1 / middle:.1f} m: no "
+                "solid is fitted there. Check the unit of the depth (`depth_scale_mm` of the "
+                "camera file, mm per unit of a PNG; 1 if it is missing)"
+            )
     return tuple(SceneWarning(kind, message) for kind, message in messages.items() if message)
+
+
+def check_pose(
+    image: WorkingImage, options: SegmentationOptions, noise: NoiseProfile
+) -> tuple[SceneWarning, ...]:
+    """Return a warning if the best plane of an image without a support is steep in the world."""
+    if image.T_world_camera is None:
+        return ()
+    planes = find_supports(image._replace(T_world_camera=None), options, noise)
+    if not planes:
+        return ()
+    up = image.T_world_camera.rotation.apply(planes[0].plane.normal)[2]
+    tilt = math.acos(min(max(up, -1.0), 1.0))
+    if tilt <= MAX_TILT:
+        return ()
+    message = (
+        f"with T_world_camera the best plane is tilted by {math.degrees(tilt):.0f}°. If it is the "
+        "table, the pose is wrong. It must map the optical frame (x right, y down, z forward) to "
+        "the world (z up), and may be inverted"
+    )
+    return (SceneWarning("pose", message),)
 
 
 def _camera_fault(camera: CameraIntrinsics) -> str:

@@ -27,6 +27,8 @@ WarningKind = Literal[
     "may_be_several",
     "may_be_background",
     "camera",
+    "pose",
+    "far",
     "noise",
     "constant",
 ]
@@ -48,6 +50,8 @@ WarningKind = Literal[
   board or a floor.
 - camera: the intrinsics are implausible, so that all positions may be wrong: the principal point
   lies outside the image, or the field of view or the ratio of the focal lengths is odd.
+- pose: the largest plane is not horizontal with the pose of the camera, which may be inverted.
+- far: nearly all readings are too far for solids; the depth may have another unit.
 - noise: the readings are noise; there is no smooth surface.
 - constant: all readings are equal; the image shows no scene.
 """

@@ -14,7 +14,7 @@ from .block_heights import block_heights
 from .cut_necks import cut_necks
 from .find_containers import find_containers, include_floors
 from .find_sheets import find_sheets
-from .frame_checks import check_frame
+from .frame_checks import check_frame, check_pose
 from .frame_noise import noise_profile
 from .freed_memory import reuse_freed_memory
 from .furniture_walls import find_faces, remove_faces
@@ -75,6 +75,7 @@ def segment(frame: DepthFrame, options: SegmentationOptions | None = None) -> Se
     clock.finish("noise")
     readings = flat_readings(image, profile)
     supports = find_supports(image, options, profile, readings)
+    faults = () if supports else check_pose(image, options, profile)
     clock.finish("support")
     found, unknown = [], ()
     if supports:
@@ -119,7 +120,7 @@ def segment(frame: DepthFrame, options: SegmentationOptions | None = None) -> Se
         ambiguous,
         tuple(planes[1:]),
         containers,
-        (*check_frame(frame, image), *warnings),
+        (*check_frame(frame, image), *faults, *warnings),
         tuple(region.enlarged(stride) for region in unknown),
     )
 

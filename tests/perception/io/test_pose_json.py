@@ -32,7 +32,11 @@ def test_quaternion_order_is_wxyz() -> None:
 )
 def test_poses_round_trip_as_json_and_matrix(vector: list[float], translation: list[float]) -> None:
     pose = RigidTransform.from_components(translation, Rotation.from_rotvec(vector))
-    for back in (pose_from_json(pose_to_json(pose), "T"), pose_from_matrix(pose.as_matrix(), "T")):
+    for back in (
+        pose_from_json(pose_to_json(pose), "T"),
+        pose_from_json(pose.as_matrix().tolist(), "T"),
+        pose_from_matrix(pose.as_matrix(), "T"),
+    ):
         np.testing.assert_allclose(back.as_matrix(), pose.as_matrix(), atol=1e-12)
 
 
@@ -56,6 +60,9 @@ def test_invalid_matrices_are_rejected(matrix: np.ndarray, message: str) -> None
     ("value", "message"),
     [
         ([0, 0, 0], "must be .*quat_wxyz.*translation_m"),
+        ([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0]], "rows of a .4, 4. matrix"),
+        ([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, -1, 0], [0, 0, 0, 1]], "does not hold a rotation"),
+        ([[1, 0, 0, 0], [0, 1, 0], [0, 0, 1, 0], [0, 0, 0, 1]], r"camera\[1\] must be a list of 4"),
         ({"quat_xyzw": [0, 0, 0, 1], "translation_m": [0, 0, 0]}, "must be .*quat_wxyz"),
         ({"quat_wxyz": [2, 0, 0, 0], "translation_m": [0, 0, 0]}, "length 2, expected 1"),
         ({"quat_wxyz": [1, 0, 0], "translation_m": [0, 0, 0]}, "list of 4 finite numbers"),

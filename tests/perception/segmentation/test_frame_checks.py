@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.perception import CameraIntrinsics, DepthFrame, segment
 
@@ -61,3 +62,22 @@ def test_implausible_camera_is_warned_about(changed, message):
     warning = segment(DepthFrame(depth, CameraIntrinsics(**intrinsics | changed))).warnings[0]
     assert warning.kind == "camera"
     assert message in warning.message
+
+
+@pytest.mark.parametrize(("factor", "expected"), [(1.0, False), (2.0, False), (5.0, True)])
+def test_depth_in_another_unit_is_warned_about(factor, expected):
+    depth = factor * noisy(np.random.default_rng(0), 0.001).astype(np.float32)
+    found = [w.message for w in segment(DepthFrame(depth, CAMERA)).warnings if w.kind == "far"]
+    assert bool(found) == expected
+    assert all("median at 5.0 m" in message and "depth_scale_mm" in message for message in found)
+
+
+def test_inverted_pose_is_warned_about():
+    turn = Rotation.from_euler("x", 220, degrees=True)  # looks at the table obliquely from above
+    pose = RigidTransform.from_components([0.0, -1.0, 1.2], turn)
+    height = pose.rotation.apply(CAMERA.rays().reshape(-1, 3))[:, 2].reshape(SHAPE)
+    depth = 1.2 / np.maximum(-height, 0.1) + 0.001 * np.random.default_rng(0).random(SHAPE)
+    for T_world_camera, expected in ((pose, []), (pose.inv(), ["pose", "no_support"])):
+        frame = DepthFrame(depth.astype(np.float32), CAMERA, T_world_camera)
+        warnings = segment(frame).warnings
+        assert [w.kind for w in warnings if w.kind in ("pose", "no_support")] == expected
