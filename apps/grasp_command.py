@@ -17,15 +17,17 @@ from .console import json_text, print_json, say, show
 from .frame_masks import FrameMasks
 from .frame_stream import check_source, is_recording, open_frames
 from .grasp.jaw_frame import GraspedFrame, grasp_frame
-from .grasp.jaw_table import frame_json, grasp_rows, grasp_table, object_notes
+from .grasp.jaw_table import doubt_note, frame_json, grasp_rows, grasp_table, object_notes
 from .output_files import make_folder, write_picture, write_text
 from .perceived_frame import check_usable, load_kernels, support_line
 
 MAX_CALIBRATION_ERROR = 50.0
 """Maximum of --calibration-error, mm."""
+MAX_DEPTH_ERROR = 20.0
+"""Maximum of --depth-error, %."""
 SUFFIXES = {"--yaml": (".yaml", ".yml"), "--picture": (".png",), "--page": (".html", ".htm")}
 
-MAX_SIZE_MM = 1000.0
+MIN_SIZE_MM, MAX_SIZE_MM = 1.0, 1000.0
 GENERIC = "generic"
 WIDE_HAND = "2f140"
 """A hand that grasps the balls of `load_kernels`. Planning for it loads all kernels of planning."""
@@ -38,6 +40,7 @@ def grasp_command(
     jaw: Annotated[JawChoice | None, Parameter(name="*", group="Gripper")] = None,
     calibration_error: float = 3.0,
     friction: float = 0.6,
+    depth_error: float = 3.0,
     guarded: bool = False,
     top: int = 10,
     table_height: float | None = None,
@@ -68,6 +71,9 @@ def grasp_command(
         Standard deviation of the gripper's position relative to the image, mm.
     friction
         Coulomb friction coefficient of pads and objects.
+    depth_error
+        Standard deviation of the scale of the depth, % of the distance: 0.5 for a camera that was
+        calibrated. With --table-height it is at most 0.5.
     guarded
         The arm stops at the first contact of the hand, and closes there.
     top
@@ -100,7 +106,7 @@ def grasp_command(
     """
     check_source(frame, oak, record, frames, topic)
     hand = (jaw or JawChoice()).load()
-    options = _options(calibration_error, friction, guarded=guarded)
+    options = _options(calibration_error, friction, depth_error, guarded=guarded)
     if top < 1:
         raise InputError(f"--top must be >= 1, got {top}")
     if table_height is not None and not math.isfinite(table_height):
@@ -134,14 +140,21 @@ def grasp_command(
     return 0 if offered else 1
 
 
-def _options(calibration_error: float, friction: float, *, guarded: bool) -> JawOptions:
+def _options(
+    calibration_error: float, friction: float, depth_error: float, *, guarded: bool
+) -> JawOptions:
     if not 0.0 <= calibration_error <= MAX_CALIBRATION_ERROR:
         raise InputError(
             f"--calibration-error must be 0 to {MAX_CALIBRATION_ERROR:g} mm, got "
             f"{calibration_error:g}"
         )
+    if not 0.0 <= depth_error <= MAX_DEPTH_ERROR:
+        raise InputError(f"--depth-error must be 0 to {MAX_DEPTH_ERROR:g} %, got {depth_error:g}")
     return JawOptions(
-        friction=friction, calibration_error=1e-3 * calibration_error, guarded=guarded
+        friction=friction,
+        calibration_error=1e-3 * calibration_error,
+        depth_error=1e-2 * depth_error,
+        guarded=guarded,
     )
 
 
@@ -192,8 +205,9 @@ def _report(found: GraspedFrame, *, json_wanted: bool) -> None:
         say(f"{found.hand.name}: {found.hand.pre_shape}; its description lists the joint positions")
     if found.grasps:
         show(grasp_table(found), json_wanted=json_wanted)
-        for note in object_notes(found):
-            say(note)
+        for note in (doubt_note(found), *object_notes(found)):
+            if note:
+                say(note)
         if not any(grasp.safe for grasp in found.grasps):
             say("no grasp is safe: the last column of the table says why")
     else:
@@ -205,6 +219,8 @@ def _report(found: GraspedFrame, *, json_wanted: bool) -> None:
             f"{1e3 * correction.height_error:+.1f} mm off, tilted by "
             f"{math.degrees(correction.tilt):.1f}°"
         )
+        if correction.warning:
+            say(f"warning: {correction.warning}")
     if line := support_line(found.scene):
         say(line)
     for warning in found.scene.warnings:
@@ -256,9 +272,16 @@ class JawChoice:
             assert self.hand is not None
             return load_hand(self.hand)
         if self.hand not in (None, GENERIC):
-            raise InputError(f"{options} describe a generic gripper, and --hand names {self.hand}")
+            raise InputError(
+                f"give either --hand {self.hand} or {options}: sizes are for a generic gripper"
+            )
         for name, value in sizes.items():
+            option = f"--{name.replace('_', '-')}"
             if not (math.isfinite(value) and 0.0 < value < MAX_SIZE_MM):
-                option = f"--{name.replace('_', '-')}"
                 raise InputError(f"{option} must be above 0 and below 1000 mm, got {value:g}")
+            if value < MIN_SIZE_MM:
+                raise InputError(
+                    f"{option} is in mm, got {value:g} mm. Is this in metres? Then write "
+                    f"{1e3 * value:g}"
+                )
         return generic_jaw(**{name: 1e-3 * value for name, value in sizes.items()})

@@ -33,7 +33,8 @@ AXES = ((200, 30, 30), (20, 140, 20), (30, 60, 210))
 """Colours of the axes x, y and z of the tool frame."""
 AXIS_SHARE = 0.14
 """Length of a drawn axis as a share of the gripper's size."""
-MARGIN = 1.12
+MARGIN = 1.25
+"""Size of a view over that of the gripper: it leaves room for the title."""
 FONT = cv2.FONT_HERSHEY_DUPLEX
 
 
@@ -143,6 +144,8 @@ def hand_picture(found: DescribedHand) -> NDArray[np.uint8]:
     """Draw the open and the closed gripper from the front and obliquely, (H, W, 3) uint8 RGB."""
     hand = found.hand
     points = np.concatenate([found.opened, found.closed]).reshape(-1, 3)
+    axes_end = AXIS_SHARE * np.ptp(points, axis=0).max() * np.ones(3)
+    points = np.vstack([points, axes_end])
     low, high = points.min(axis=0), points.max(axis=0)
     rows = []
     for title, axes in (("from the front", FRONT), ("obliquely", _oblique())):
@@ -164,9 +167,9 @@ def hand_picture(found: DescribedHand) -> NDArray[np.uint8]:
     legend = np.full((40, rows[0].shape[1], 3), 255, np.uint8)
     x = 12
     for text, colour in (
-        ("boxes of the fingers", FINGER),
-        ("palm and linkage", PALM),
-        ("camera", CAMERA),
+        ("edges: boxes of the fingers", FINGER),
+        ("of palm and linkage", PALM),
+        *((("of a camera", CAMERA),) if hand.camera_boxes else ()),
         ("x: closing", AXES[0]),
         ("y", AXES[1]),
         ("z: approach", AXES[2]),

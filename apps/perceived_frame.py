@@ -73,7 +73,7 @@ def support_line(scene: Scene) -> str:
     x, y = np.median(np.concatenate(points), axis=0)[:2] if points else scene.view_origin[:2]
     z = -(normal[0] * x + normal[1] * y + scene.support.offset) / normal[2]
     tilt = np.degrees(np.arccos(min(normal[2], 1.0)))
-    return f"the support is at z = {1e3 * z:.0f} mm in the world, tilted by {tilt:.1f}°"
+    return f"the support is at z = {round(1e3 * z)} mm in the world, tilted by {tilt:.1f}°"
 
 
 def load_kernels() -> Scene:

@@ -13,6 +13,10 @@ from eyehand.perception import DepthFrame, Segmentation, segment
 
 MAX_SCALE = 0.15
 """Maximum correction of the scale. A larger one is a wrong height or another surface."""
+LIKELY_SCALE = 0.03
+"""Correction that sensors need: the noise model `dex` has 3.2 % (one standard deviation)."""
+DOUBTFUL_SCALE = 2.0 * LIKELY_SCALE
+"""Correction beyond which no grasp is safe."""
 MAX_TILT = np.radians(5.0)
 """Maximum correction of the tilt, rad."""
 MIN_TILT = np.radians(0.1)
@@ -39,6 +43,23 @@ class DepthCorrection:
 
     def __bool__(self) -> bool:
         return not self.reason
+
+    @property
+    def warning(self) -> str:
+        """A doubt about the known height or the pose of the camera; empty without one."""
+        change = self.scale - 1.0
+        if abs(change) <= LIKELY_SCALE:
+            return ""
+        return (
+            f"the scale of the depth changed by {100 * change:+.1f} %, more than the "
+            f"{100 * LIKELY_SCALE:.0f} % that sensors need: check the height of the table and the "
+            "pose of the camera"
+        )
+
+    @property
+    def doubtful(self) -> bool:
+        """Whether the correction is so large that no grasp should be executed."""
+        return abs(self.scale - 1.0) > DOUBTFUL_SCALE
 
 
 def correct_depth(

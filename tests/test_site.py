@@ -49,7 +49,7 @@ def test_page_of_files_describes_all_members():
     assert "| `objects` | array of [object](#object) | The objects, the largest first. |" in page
     assert "| `rim.semi_axes_m` | array of 2 number | Semi-axes, m. |" in page
     assert "| `spread_m` | number or null | Robust standard deviation" in page
-    assert "Pose of the camera in the world. Optional. |" in page
+    assert "to the world (z up). Optional. |" in page
 
 
 def test_page_of_examples_shows_all_scripts():

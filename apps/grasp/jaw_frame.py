@@ -114,8 +114,15 @@ def grasp_frame(
         frame, correction = correct_depth(frame, table_height)
         if not correction:
             raise InputError(f"--table-height {table_height:g} does not fit: {correction.reason}")
-        options = replace(options, depth_error=CORRECTED_SCALE_ERROR)
+        error = min(options.depth_error, CORRECTED_SCALE_ERROR)
+        options = replace(options, depth_error=error)
     seconds = time.perf_counter() - began
     scene = perceive(frame)
     grasps = plan_grasps(scene, hand, options)
+    if correction is not None and correction.doubtful:
+        doubt = f"the scale of the depth changed by {100 * (correction.scale - 1):+.1f} %"
+        forbidden = [
+            replace(one, safe=False, forbidden_by=(*one.forbidden_by, doubt)) for one in grasps
+        ]
+        grasps = replace(grasps, grasps=tuple(forbidden))
     return GraspedFrame(source, frame, scene, hand, grasps, top, correction, seconds)

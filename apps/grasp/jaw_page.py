@@ -14,7 +14,7 @@ from ..fitting.viewer_page import draw_lines, draw_mesh, draw_points, viewer_htm
 from ..scene_json import fit_parts
 from ..scene_picture import colour_of
 from .jaw_shapes import CORNERS, FACES, DrawnGrasp, drawn_grasps
-from .jaw_table import approach_name
+from .jaw_table import object_notes
 from .view_scene import nearby_points, view_axes, viewed_points
 
 if TYPE_CHECKING:
@@ -103,15 +103,17 @@ def _draw_grasp(scene: Any, one: DrawnGrasp, with_palm: bool, scaled: Any) -> No
 
 
 def _lines(found: GraspedFrame, drawn: list[DrawnGrasp]) -> list[str]:
-    """Return one line of text for each drawn grasp."""
+    """Return one line of text for each drawn grasp, and for each object without one."""
     if not drawn:
         return [found.grasps.reason]
-    return [
+    lines = [
         f"{one.rank}: object {one.grasp.object_label}, {1e3 * one.grasp.object_width:.0f} mm wide, "
-        f"{approach_name(one.grasp)}, {100 * one.grasp.success:.0f} %"
-        + ("" if one.grasp.safe else ", forbidden")
+        f"{one.grasp.side}, at {' '.join(f'{1e3 * x:.0f}' for x in one.grasp.position)} mm, "
+        f"{100 * one.grasp.success:.0f} %"
+        + ("" if one.grasp.safe else f", forbidden: {'; '.join(one.grasp.forbidden_by)}")
         for one in drawn
     ]
+    return lines + object_notes(found)
 
 
 def _vertical(found: GraspedFrame) -> NDArray[np.float64]:

@@ -13,7 +13,6 @@ from ..console import counted
 from ..scene_json import fit_parts
 from ..scene_picture import SUBPIXEL, colour_of, overlay_picture
 from .jaw_shapes import EDGES, FACES, DrawnGrasp, drawn_grasps
-from .jaw_table import approach_name
 from .painted_view import PaintedView
 from .view_scene import AROUND, nearby_points, view_axes, viewed_points
 
@@ -167,9 +166,9 @@ def _list_panel(found: GraspedFrame, drawn: list[DrawnGrasp], width: int) -> NDA
     lines = len(drawn) + len(notes) + 1
     panel = np.full((LINE_HEIGHT * lines + 16, width, 3), 255, np.uint8)
     title = (
-        f"{found.hand.name}: best grasp of each object, "
-        f"{counted(len(found.grasps), 'grasp')} in all; "
-        "number: rank; colour: object; red ring: forbidden"
+        f"{found.hand.name}: only the best grasp of each object is drawn, of "
+        f"{counted(len(found.grasps), 'grasp')}; number: rank; colour: object; red ring: "
+        "forbidden; palm: only of the first"
     )
     _write(panel, title if drawn else found.grasps.reason, 16, 0, INK)
     for row, one in enumerate(drawn, 1):
@@ -177,7 +176,7 @@ def _list_panel(found: GraspedFrame, drawn: list[DrawnGrasp], width: int) -> NDA
         _swatch(panel, row, one.colour)
         text = (
             f"{one.rank}: object {grasp.object_label}, {1e3 * grasp.object_width:.0f} mm, "
-            f"{approach_name(grasp)}, {100 * grasp.success:.0f} %"
+            f"{grasp.side}, {100 * grasp.success:.0f} %"
         )
         if grasp.forbidden_by:
             text += f", forbidden: {'; '.join(grasp.forbidden_by)}"

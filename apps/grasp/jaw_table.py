@@ -12,13 +12,30 @@ from ..console import counted
 from ..scene_picture import colour_of
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from scipy.spatial.transform import RigidTransform
-
-    from eyehand.grasping import Grasp
-
     from .jaw_frame import GraspedFrame
+
+DOUBTS = {
+    "depth_error": "the scale of the depth is uncertain. --table-height or --depth-error corrects "
+    "this, and --guarded makes it matter less",
+    "friction": "the object may slip out of the pads, whose faces are not parallel to its own. "
+    "--friction says how rough they are",
+    "width": "the object is nearly as wide as the gripper opens",
+    "overlap": "the pads cover little of the object",
+    "torque": "the object may turn between the pads",
+    "seen": "the camera did not see both sides that the pads touch",
+    "object": "the solid is doubtful",
+    "existence": "the object is as low as the noise of the support",
+    "order": "another object stands on it",
+    "own_clearance": "the hand may touch the object early. --calibration-error says how exactly it "
+    "moves",
+    "clearance": "the hand may touch something else. --calibration-error says how exactly it moves",
+    "opening": "something beside the object leaves no room to open fully",
+    "unseen": "a finger enters space that the camera did not see",
+    "memory": "a similar grasp failed before",
+}
+"""Term of a grasp → the doubt, and the option that removes it."""
+CERTAIN = 0.9
+"""Success from which no doubt is named."""
 
 COLUMNS = ("rank", "object", "width mm", "opens mm", "approach", "position mm", "success %")
 
@@ -46,7 +63,7 @@ def grasp_table(found: GraspedFrame) -> Table:
             f"[rgb({r},{g},{b})]{grasp.object_label}[/]",
             f"{1e3 * grasp.object_width:.0f}",
             f"{1e3 * grasp.width:.0f}",
-            approach_name(grasp),
+            grasp.side,
             " ".join(f"{1e3 * x:.0f}" for x in grasp.position),
             f"{100 * grasp.success:.0f}",
             "safe" if grasp.safe else "; ".join(grasp.forbidden_by),
@@ -54,9 +71,13 @@ def grasp_table(found: GraspedFrame) -> Table:
     return table
 
 
-def approach_name(grasp: Grasp) -> str:
-    """Return the words for the approach: ``from above``, ``oblique``, ``from the side``."""
-    return grasp.reason.rpartition(", ")[2]
+def doubt_note(found: GraspedFrame) -> str:
+    """Return what lowers the success of the best grasp most; empty for a certain one."""
+    best = found.grasps[0]
+    if best.success >= CERTAIN:
+        return ""
+    name = best.largest_doubt
+    return f"grasp 1: {DOUBTS[name]} ({name} {best.terms[name]:.2f})"
 
 
 def object_notes(found: GraspedFrame) -> list[str]:
@@ -79,19 +100,7 @@ def grasp_rows(found: GraspedFrame, prefix: str | None = None) -> list[dict[str,
         {
             "name": f"{lead}grasp {rank}",
             "rank": rank,
-            "object": grasp.object_label,
-            "success_pct": round(100 * grasp.success, 2),
-            "safe": grasp.safe,
-            "forbidden_by": list(grasp.forbidden_by),
-            "approach": approach_name(grasp),
-            "object_width_mm": round(1e3 * grasp.object_width, 2),
-            "opening_mm": round(1e3 * grasp.width, 2),
-            "tool": pose_json(grasp.T_scene_tcp),
-            "pre_grasp": pose_json(grasp.pre_grasp),
-            "retreat": pose_json(grasp.retreat),
-            "approach_direction": _rounded(grasp.approach),
-            "closing_direction": _rounded(grasp.closing),
-            "terms": {name: round(float(term), 4) for name, term in grasp.terms.items()},
+            **grasp.to_dict(),
         }
         for rank, grasp in enumerate(found.shown, 1)
     ]
@@ -129,17 +138,10 @@ def frame_json(found: GraspedFrame, prefix: str | None = None) -> dict[str, Any]
         "warnings": [
             {"kind": one.kind, "message": one.message, "object": one.label}
             for one in scene.warnings
-        ],
+        ]
+        + (
+            [{"kind": "depth_scale", "message": correction.warning, "object": None}]
+            if correction is not None and correction.warning
+            else []
+        ),
     }
-
-
-def pose_json(pose: RigidTransform) -> dict[str, list[float]]:
-    """Return a pose as plain data."""
-    return {
-        "position_m": _rounded(pose.translation),
-        "quat_wxyz": _rounded(pose.rotation.as_quat(scalar_first=True)),
-    }
-
-
-def _rounded(values: Iterable[float]) -> list[float]:
-    return [round(float(value), 6) for value in values]

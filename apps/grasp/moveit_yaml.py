@@ -38,6 +38,10 @@ def grasps_yaml(found: GraspedFrame) -> str:
         "grasp_pose is the tool frame: z along the approach, x along the closing direction,",
         f"origin midway between the fingertips, {hand.mount_distance:g} m from the mounting face.",
     ]
+    comments += [
+        f"max_contact_force is the largest closing force of {hand.name}, N.",
+        "joint_names are those of the file of the gripper: see the guide for other names.",
+    ]
     if len(safe) < len(found.grasps):
         comments.append(
             f"{len(safe)} of {len(ranked)} safe grasps; {len(found.grasps)} were found in all."

@@ -48,11 +48,11 @@ GAP = 0.0015
 
 
 def experiment_cop(arguments: TrialArguments | None = None) -> int:
-    """Move a 2 mm probe from one tactel to the next, and compare its estimated and true position.
+    """Measure the error of the centre of pressure (COP): where a pad feels a thin probe.
 
-    The arm slides its pad along a fixed probe over 5 mm while the servo keeps 1 kPa. The true
-    positions come from the arm's joints. Writes cop.png, like Fig. 5, and cop.csv. Runs 20 trials,
-    or 2 with --quick.
+    A simulated arm slides its pad along a fixed probe of 2 mm, from one tactel to the next, while
+    the servo keeps 1 kPa. The true positions come from the arm's joints. Writes cop.png, like
+    Fig. 5, and cop.csv. Runs 20 trials, or 2 with --quick.
     """
     return run_trials(COP, _measure, arguments)
 
@@ -67,16 +67,17 @@ def _measure(plan: TrialPlan, sensor: SensorName = "good") -> ExperimentResult:
             ("rms", "{error_rms_mm:.3f} mm"),
             ("maximum", "{error_max_mm:.3f} mm"),
             ("along the path, rms", "{along_rms_mm:.3f} mm"),
-            ("worst path, rms", "{worst_path_rms_mm:.3f} mm"),
+            ("worst trial, rms", "{worst_path_rms_mm:.3f} mm"),
             ("force", "{force_n:.2f} N"),
         ],
-        caption="the chapter's Fig. 5 shows a curve without numbers",
+        caption="distance between the estimated centre of pressure and the true position of the "
+        "probe; tactels are 5 mm apart",
     )
     data = "2 mm probe at 1 kPa, 16 × 16 tactels of 5 mm, simulated arm and pad"
     return ExperimentResult([row], table, _picture(paths, plan.provenance(data)), _points(paths))
 
 
-COP = Experiment("cop", _measure, unit="path", trials=20, quick_trials=2)
+COP = Experiment("cop", _measure, unit="trial", trials=20, quick_trials=2)
 
 
 def probe_row(paths: Sequence[ProbePath]) -> dict[str, Any]:

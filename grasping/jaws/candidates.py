@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
     from eyehand.perception import Superquadric
@@ -123,6 +125,12 @@ def solid_candidates(
         np.full(len(pose), number, dtype=np.int64),
         np.full(len(pose), np.inf),
     )
+
+
+def narrowest_width(solids: Sequence[Superquadric], up: NDArray[np.float64]) -> float:
+    """Return the smallest width of solids along their closing axes, m; infinite without an axis."""
+    widths = [2.0 * _half(solid, closing_axes(solid, up)) for solid in solids]
+    return float(np.concatenate(widths).min(initial=np.inf))
 
 
 def closing_axes(solid: Superquadric, up: NDArray[np.float64]) -> NDArray[np.float64]:

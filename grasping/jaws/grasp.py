@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import overload
+from typing import Any, overload
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
+
+from .scoring import success_probability
 
 APPROACH = 0.05
 """Length of the straight approach, m."""
@@ -77,6 +79,50 @@ class Grasp:
     def closing(self) -> NDArray[np.float64]:
         """Unit direction of closing, (3,). Its sign has no meaning."""
         return self.T_scene_tcp.as_matrix()[:3, 0]
+
+    @property
+    def side(self) -> str:
+        """Direction of the approach in words: ``from above``, ``oblique``, ``from the side``."""
+        return self.reason.rpartition(", ")[2]
+
+    @property
+    def largest_doubt(self) -> str:
+        """Name of the term that lowers `success` most."""
+
+        def without(name: str) -> float:
+            terms = {other: np.asarray(term) for other, term in self.terms.items()}
+            return float(success_probability({**terms, name: np.ones(())}))
+
+        return max(self.terms, key=without)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data for JSON: the members of a grasp in `grasps.json`, without its rank."""
+        return {
+            "object": self.object_label,
+            "success_pct": round(100 * self.success, 2),
+            "safe": self.safe,
+            "forbidden_by": list(self.forbidden_by),
+            "approach": self.side,
+            "object_width_mm": round(1e3 * self.object_width, 2),
+            "opening_mm": round(1e3 * self.width, 2),
+            "tool": _pose_dict(self.T_scene_tcp),
+            "pre_grasp": _pose_dict(self.pre_grasp),
+            "retreat": _pose_dict(self.retreat),
+            "approach_direction": _rounded(self.approach),
+            "closing_direction": _rounded(self.closing),
+            "terms": {name: round(float(term), 4) for name, term in self.terms.items()},
+        }
+
+
+def _pose_dict(pose: RigidTransform) -> dict[str, list[float]]:
+    return {
+        "position_m": _rounded(pose.translation),
+        "quat_wxyz": _rounded(pose.rotation.as_quat(scalar_first=True)),
+    }
+
+
+def _rounded(values: NDArray[np.float64]) -> list[float]:
+    return [round(float(value), 6) for value in values]
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,7 +11,7 @@ from scipy.special import expit
 
 from ..fit_uncertainty import width_stds
 from .best_first import best_grasps, scene_tests
-from .candidates import Candidates, solid_candidates
+from .candidates import Candidates, narrowest_width, solid_candidates
 from .contacts import centred_contacts
 from .depth_error import sideways_term
 from .grasp import GraspList
@@ -122,7 +122,9 @@ def _contact_candidates(
         parts.append(rim_candidates(surface.vessel, number, hand, up, options))
     found = Candidates.join(parts)
     if not len(found):
-        rejected[item.label][f"wider than the stroke of {1e3 * hand.stroke:.0f} mm"] += 1
+        stroke, least = 1e3 * hand.stroke, 1e3 * narrowest_width(surface.solids, up)
+        reason = f"{least:.0f} mm wide where jaws reach, wider than the stroke of {stroke:.0f} mm"
+        rejected[item.label][reason] += 1
         return None
     found, contact = centred_contacts(found, surface, scene.support, hand)
     if not len(found):
@@ -191,6 +193,8 @@ def _empty(scene: Scene, rejected: dict[int, Counter[str]], started: float) -> G
         most = Counter[str]()
         for reasons in rejected.values():
             most.update(reasons)
-        common = ", ".join(f"{name} ({n})" for name, n in most.most_common(3) if n)
+        common = ", ".join(
+            name if n == 1 else f"{name} ({n} candidates)" for name, n in most.most_common(3) if n
+        )
         reason = f"no grasp is possible: {common}" if common else "no grasp is possible"
     return GraspList((), reason, counts, time.perf_counter() - started)

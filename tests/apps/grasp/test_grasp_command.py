@@ -151,6 +151,24 @@ def test_known_table_corrects_the_depth(capsys):
     correction = json.loads(out)["frames"][0]["depth_correction"]
     assert correction["scale"] == pytest.approx(1.0, abs=0.02)
     assert "depth scaled by" in err
+    assert "the support is at z = 0 mm in the world, tilted by 0.0°" in err
+    assert "warning: the scale" not in err
+
+
+def test_wrong_height_of_the_table_makes_no_grasp_safe(capsys):
+    code, out, err = run(SAMPLE, "--hand", "2f85", "--table-height", 0.05, "--json", capsys=capsys)
+    assert code == 1
+    assert "warning: the scale of the depth changed by -7.8 %" in err
+    assert all(
+        "the scale of the depth" in row["forbidden_by"][-1] for row in json.loads(out)["rows"]
+    )
+
+
+@pytest.mark.parametrize(("option", "named"), [((), True), (("--depth-error", 0.5), False)])
+def test_largest_doubt_of_the_best_grasp_is_named(option, named, capsys):
+    _, out, err = run(SAMPLE, "--hand", "panda", *option, "--json", capsys=capsys)
+    assert ("grasp 1: the scale of the depth is uncertain. --table-height" in err) == named
+    assert (json.loads(out)["rows"][0]["terms"]["depth_error"] > 0.8) != named
 
 
 def test_folder_gets_report_yaml_and_picture(tmp_path, capsys):
@@ -171,7 +189,7 @@ def test_small_gripper_gets_no_grasp_and_a_reason(capsys):
     code, out, err = run(SAMPLE, "--stroke", 5, "--json", capsys=capsys)
     assert code == 1
     assert json.loads(out)["rows"] == []
-    assert "no grasp is offered: no grasp is possible: wider than the stroke" in err
+    assert "mm wide where jaws reach, wider than the stroke of 5 mm" in err
 
 
 def test_empty_table_says_that_there_are_no_objects(tmp_path, capsys):
@@ -196,9 +214,11 @@ def test_empty_table_says_that_there_are_no_objects(tmp_path, capsys):
         ((SAMPLE,), f"give the gripper: --hand NAME ({NAMES})"),
         ((SAMPLE, "--hand", "pandda"), f"no hand 'pandda'; valid names are {NAMES}"),
         ((SAMPLE, "--hand", "gone.json"), "gone.json: cannot read a hand"),
-        ((SAMPLE, "--hand", "panda", "--stroke", 80), "--stroke describe a generic gripper"),
+        ((SAMPLE, "--hand", "panda", "--stroke", 80), "give either --hand panda or --stroke"),
         ((SAMPLE, "--stroke", -5), "--stroke must be above 0 and below 1000 mm, got -5"),
         ((SAMPLE, "--stroke", "nan"), "--stroke must be above 0"),
+        ((SAMPLE, "--stroke", 0.085), "got 0.085 mm. Is this in metres? Then write 85"),
+        ((SAMPLE, "--hand", "panda", "--depth-error", 30), "--depth-error must be 0 to 20 %"),
         ((SAMPLE, "--hand", "generic", "--finger-depth", 0), "--finger-depth must be above 0"),
         ((SAMPLE, "--hand", "panda", "--calibration-error", 99), "--calibration-error must be"),
         ((SAMPLE, "--hand", "panda", "--friction", -1), "friction must be from 0 to 3"),
