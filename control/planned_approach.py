@@ -152,6 +152,12 @@ class PlannedApproach:
         self._leave_path()
         return self.controller.stop(q)
 
+    def resume(
+        self, velocity: NDArray[np.float64], acceleration: NDArray[np.float64] | None = None
+    ) -> None:
+        """Continue from another velocity; see :meth:`ApproachController.resume`."""
+        self.controller.resume(velocity, acceleration)
+
     def _begin_search(self, search: Callable[..., SearchResult], q: NDArray[np.float64]) -> None:
         """Search from q (n,), in the background or at once."""
         controller = self.controller

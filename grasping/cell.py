@@ -121,11 +121,6 @@ class Cell:
         return self._model_with_open_hand().home
 
     @property
-    def arm_acceleration(self) -> NDArray[np.float64]:
-        """Acceleration limits of the arm's joints, (n,), rad/s²."""
-        return self._model_with_open_hand().acceleration
-
-    @property
     def tray_height(self) -> float:
         """Height of the tray's walls, or of the objects in it if they are higher, m.
 

@@ -61,6 +61,12 @@ class Controller(Protocol):
         """Compute one cycle of braking within the limits; the status ``stopped`` ends it."""
         ...
 
+    def resume(
+        self, velocity: NDArray[np.float64], acceleration: NDArray[np.float64] | None = None
+    ) -> None:
+        """Continue from a velocity (n,), rad/s, and an acceleration (n,), rad/s²."""
+        ...
+
 
 @dataclass(frozen=True)
 class MotionResult:
@@ -104,7 +110,7 @@ def execute(
     end = cell.reading.time + seconds
     infeasible = 0.0
     still = np.zeros(len(cell.robot.joints))
-    start = _SmoothStart(cell, still, ramp_seconds)
+    start = _SmoothStart(controller, cell.robot.period, ramp_seconds, still)
     while True:
         reading = cell.reading
         if reading.fault:
@@ -138,33 +144,30 @@ def execute(
 
 @dataclass
 class _SmoothStart:
-    """Velocities that follow those of a controller from rest, with a limited acceleration.
+    """Commands whose acceleration rises gradually at the start of a motion.
 
-    The controller accelerates at once. These velocities begin more gently, lag behind, and catch up
-    as soon as the limit allows. A velocity between the last one and a safe one is safe.
+    The controller accelerates at once. A velocity between the last one and a safe one is safe. The
+    controller continues from the velocity that was commanded, so that it brakes in time.
     """
 
-    cell: Cell
+    controller: Controller
+    period: float
+    """Control period, s."""
+    seconds: float
+    """Time in which the acceleration rises to its limit, s."""
     velocity: NDArray[np.float64]
     """Last velocity, (n,), rad/s."""
-    ramp_seconds: float
-    """Time in which the acceleration rises to its limit, s."""
     elapsed: float = 0.0
-    """Time since the start, s; infinite when the velocities have caught up."""
+    """Time since the start, s."""
 
     def follow(self, wanted: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the next velocity (n,) towards that of the controller, rad/s."""
-        if np.isinf(self.elapsed):
+        self.elapsed += self.period
+        if self.elapsed >= self.seconds:
             return wanted
-        period = self.cell.robot.period
-        self.elapsed += period
-        share = min(self.elapsed / self.ramp_seconds, 1.0)
-        limit = share * period * self.cell.arm_acceleration
-        change = wanted - self.velocity
-        excess = float(np.max(np.abs(change) / limit, initial=1.0))
-        self.velocity = self.velocity + change / excess
-        if excess == 1.0 and share == 1.0:
-            self.elapsed = np.inf
+        change = self.elapsed / self.seconds * (wanted - self.velocity)
+        self.velocity = self.velocity + change
+        self.controller.resume(self.velocity, change / self.period)
         return self.velocity
 
 

@@ -62,6 +62,9 @@ def test_motion_starts_and_brakes_within_the_limits(cell, end):
 
     def recorded(velocity, command=None):
         commands.append(np.array(velocity))
+        if velocity.any():
+            # Otherwise the controller brakes too late before obstacles.
+            np.testing.assert_allclose(controller.velocity, velocity)
         return step(velocity, command)
 
     cell.robot.step = recorded
