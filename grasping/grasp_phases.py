@@ -107,7 +107,7 @@ def _leave_tray(
 
     def stop(reading: RobotReading) -> str:
         beside = tray.distance(cell.palm_pose().translation) > half_hand
-        return unexpected_contact(cell, reading) or ("beside the tray" if beside else "")
+        return unexpected_contact(cell, reading) or (NEAR_ENOUGH if beside else "")
 
     execute(
         cell,

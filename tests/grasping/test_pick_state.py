@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import RigidTransform
@@ -11,6 +13,7 @@ from eyehand.control.tasks import Position
 from eyehand.data_synth.scenes import TabletopObject
 from eyehand.grasping import GraspOptions, plan_prototypes
 from eyehand.grasping.cell import Cell
+from eyehand.grasping.grasp_phases import pre_grasp
 from eyehand.grasping.hands import GripOptions, preshape_command
 from eyehand.grasping.motion import NEAR_ENOUGH, execute
 from eyehand.grasping.pick_state import PickState, SelectedGrasp
@@ -57,17 +60,7 @@ def test_collision_model_uses_preshaped_hand(cell, prototype):
 def test_motion_starts_and_brakes_within_the_limits(cell, end):
     goal = cell.palm_pose().translation + np.array([0.0, 0.2, 0.1])
     controller = pick_state("precision").move_off(cell, (Position(goal),), speed=1.0)
-    commands = [np.zeros(len(cell.robot.joints))]
-    step = cell.robot.step
-
-    def recorded(velocity, command=None):
-        commands.append(np.array(velocity))
-        if velocity.any():
-            # Otherwise the controller brakes too late before obstacles.
-            np.testing.assert_allclose(controller.velocity, velocity)
-        return step(velocity, command)
-
-    cell.robot.step = recorded
+    commands = recorded_commands(cell, controller)
     start = cell.reading.time
     result = execute(
         cell, controller, 2.0, stop=lambda now: NEAR_ENOUGH if now.time > start + end else ""
@@ -78,9 +71,16 @@ def test_motion_starts_and_brakes_within_the_limits(cell, end):
         fastest = max(np.abs(velocity).max() for velocity in commands)
         assert fastest > 0.3, "the arm moves when the motion ends"
     np.testing.assert_array_equal(commands[-1], 0.0)
-    changes = np.abs(np.diff(commands, axis=0))
-    allowed = controller.robot.limits()[:, 3] * cell.robot.period
-    assert (changes <= allowed * (1.0 + 1e-6)).all()
+    assert_within_acceleration(cell, commands)
+
+
+def test_hand_leaves_the_tray_within_the_limits(cell):
+    palm = cell.palm_pose().translation
+    cell.tray = replace(TRAY, centre=np.array([*palm[:2], 0.006]))
+    commands = recorded_commands(cell)
+    assert pre_grasp(cell, pick_state("precision")) is None
+    assert cell.tray.distance(cell.palm_pose().translation) > 0.0
+    assert_within_acceleration(cell, commands)
 
 
 def test_contact_while_braking_stops_the_arm_at_once(cell):
@@ -114,3 +114,26 @@ def test_bounce_between_the_pads_is_no_loss(cell):
     for _ in range(60):
         cell.step(np.zeros(7), closing.step(cell.reading.hand, cell.robot.period))
     assert state.lost(cell)
+
+
+def recorded_commands(cell, controller=None):
+    """Return the list of joint velocities, beginning with rest, that the robot gets from now on."""
+    commands = [np.zeros(len(cell.robot.joints))]
+    step = cell.robot.step
+
+    def recorded(velocity, command=None):
+        commands.append(np.array(velocity))
+        if controller is not None and velocity.any():
+            # Otherwise the controller brakes too late before obstacles.
+            np.testing.assert_allclose(controller.velocity, velocity)
+        return step(velocity, command)
+
+    cell.robot.step = recorded
+    return commands
+
+
+def assert_within_acceleration(cell, commands):
+    """Assert that no joint changes its velocity faster than its limit."""
+    changes = np.abs(np.diff(commands, axis=0))
+    limits = cell.model(HAND.excursions[-1]).limits()[:, 3]
+    assert (changes <= limits * cell.robot.period * (1.0 + 1e-6)).all()
