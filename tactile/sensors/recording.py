@@ -145,7 +145,7 @@ class RecordedSensor:
     Raises
     ------
     InputError
-        If the file does not exist, is damaged, or has no tactile messages.
+        If the file does not exist, is damaged, or has no tactile messages or images.
     """
 
     def __init__(self, path: Path | str, speed: float = 0.0) -> None:
@@ -168,6 +168,9 @@ class RecordedSensor:
         if info is None:
             self.close()
             raise InputError(f"{path} has no topic {INFO_TOPIC}: it is no tactile recording")
+        if self._next_of(FRAME_TOPIC) is None:
+            self.close()
+            raise InputError(f"{path} has no images on {FRAME_TOPIC}: there is nothing to play")
         self._info = self._guarded(lambda: decode_info(info))
         self._rewind()
 

@@ -171,6 +171,9 @@ def test_other_files_are_refused(tmp_path):
     (tmp_path / "text.mcap").write_text("hello")
     with pytest.raises(InputError, match=r"text\.mcap is not a tactile recording"):
         RecordedSensor(tmp_path / "text.mcap")
+    record(ListSensor(FLAT, []), tmp_path / "empty.mcap", 1.0, calibrate(bench(24)))
+    with pytest.raises(InputError, match=r"empty\.mcap has no images"):
+        RecordedSensor(tmp_path / "empty.mcap")
     with pytest.raises(InputError, match=r"\.mcap file"):
         TactileRecorder(tmp_path / "touch.bag", FLAT)
     with pytest.raises(InputError, match="does not exist"):
