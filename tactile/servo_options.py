@@ -60,7 +60,8 @@ class ServoOptions:
     """Upper bound of the loop gain of sliding, 1/s."""
     integral_time: float = 0.3
     """Time in which the integral part doubles the response to a constant error, s; inf switches it
-    off. A shorter time removes an error faster and overshoots more."""
+    off. A shorter time removes an error faster and overshoots more. It is at least 33 times the
+    latency."""
     derivative_time: float = 0.0
     """Lead of the derivative part, s. It compensates some of the arm's lag and amplifies noise."""
     anti_windup: bool = True

@@ -91,7 +91,12 @@ def update_stiffness(state, pressure, depth, rolled):
         return
     if state[ROLLED] <= MAX_ROLL_SHARE * abs(travel):
         state[WEIGHT] = FORGETTING * state[WEIGHT] + travel * travel
-        residual = pressure - state[REF_PRESSURE] - state[STIFFNESS] * travel
+        rise = pressure - state[REF_PRESSURE]
+        if rise * travel < 0.0:
+            # The mean falls while the imprint grows, though the force rises. A softness from that
+            # would raise the gain: a pad on a pen then reached 1.23 times its goal, now 1.15.
+            rise = 0.0
+        residual = rise - state[STIFFNESS] * travel
         estimate = state[STIFFNESS] + travel / state[WEIGHT] * residual
         state[STIFFNESS] = min(max(estimate, MIN_STIFFNESS), MAX_STIFFNESS)
         state[UPDATES] += 1.0

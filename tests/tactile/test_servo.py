@@ -76,8 +76,11 @@ def test_one_cycle_equals_the_matrices_of_the_chapter(selection, monkeypatch):
     assert np.allclose(servo.step(features, DT).twist, twist, atol=1e-12)
 
 
-def test_integral_and_derivative_follow_equation_13():
-    options = ServoOptions(known_stiffness=2e6, anti_windup=False, derivative_time=0.01, window=1)
+@pytest.mark.parametrize(("latency", "integral_time"), [(1, 0.3), (7, 0.924)])
+def test_integral_and_derivative_follow_equation_13(latency, integral_time):
+    options = ServoOptions(
+        known_stiffness=2e6, anti_windup=False, derivative_time=0.01, window=1, latency=latency
+    )
     servo = TactileServo(ServoGoal(pressure=1000.0), PRESS, options)
     gain, total, previous = options.press_loop_gain() / 2e6, 0.0, None
     for pressure in (900.0, 950.0, 930.0, 1010.0, 1000.0):
@@ -87,7 +90,7 @@ def test_integral_and_derivative_follow_equation_13():
         assert servo.step(touch(pressure=pressure), DT).twist[2] == pytest.approx(
             expected, rel=1e-12
         )
-        total, previous = total + gain / options.integral_time * error * DT, error
+        total, previous = total + gain / integral_time * error * DT, error
 
 
 def test_external_twist_is_added_with_and_without_contact():

@@ -72,6 +72,15 @@ def test_pressure_change_while_rolling_is_ignored():
     assert estimate.state[UPDATES] == 0.0
 
 
+def test_pressure_that_falls_with_depth_counts_as_no_rise():
+    falling, constant = Estimate(), Estimate()
+    for estimate, fall in ((falling, 3e5), (constant, 0.0)):
+        for depth in np.linspace(0.0, 1e-3, 50):
+            estimate.update(5e5 * depth, depth)
+        estimate.update(500.0 - fall * 1e-4, 1.1e-3)
+    assert falling.value == constant.value < 5e5
+
+
 def test_travel_without_contact_is_ignored():
     estimate = Estimate()
     estimate.update(1000.0, 0.0)
