@@ -18,7 +18,7 @@ from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.errors import InputError
 from eyehand.grasping import ParallelHand, load_hand
-from eyehand.grasping.hands import describe_hand
+from eyehand.grasping.hands import built_in_hands, describe_hand
 
 from .arm_check import check_arm, check_rest_posture
 from .grasp_robot import GraspRobot
@@ -235,6 +235,11 @@ def _file(text: str, what: str, names: Iterable[str]) -> Path:
     path = Path(text)
     if path.is_file():
         return path
+    if what == "hand" and text in built_in_hands():
+        raise InputError(
+            f"the hand {text!r} can be planned for, but no place on an arm was tested for it: give "
+            "the path of its MJCF file, and --mount"
+        )
     near = difflib.get_close_matches(text, names, 1)
     hint = f"; did you mean {near[0]}?" if near else ""
     raise InputError(

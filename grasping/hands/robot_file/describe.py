@@ -15,7 +15,7 @@ from eyehand.errors import InputError
 
 from ..parallel_hand import HandBox, HandJoint, ParallelHand, ToolPose
 from .jaw_boxes import camera_boxes, finger_boxes, palm_boxes, tool_origin
-from .jaw_force import jaw_force
+from .jaw_force import closing_force
 from .jaw_motion import MAX_DRIVES, JawMotion, between_jaws, jaw_motion, opposed_pads
 from .jaw_postures import JawPostures, jaw_postures
 from .links import Links, couplings, find_branches, find_palm, root_body
@@ -23,11 +23,6 @@ from .pinch import pinch_motion
 from .posing import Posing, find_drives
 from .read_model import read_model
 
-FORCE_WITHOUT_LIMIT = (0.0, 40.0)
-"""Closing force that is assumed where the file does not limit it, N."""
-MAX_FINGER_FORCE = 100.0
-"""Greatest force of a finger that is believed, N: that of a strong human pinch. Models of hands
-hold torques of 10 Nm and more as placeholders."""
 MIN_GAP = 6e-3
 """Least distance between the pads at which the space between them is measured, m."""
 CURVED = 0.01
@@ -38,6 +33,8 @@ BETWEEN = 9
 """Positions that are listed for a joint that does not move linearly with the opening."""
 MIN_TURN = math.radians(3.0)
 """Turn of the pads that is reported."""
+MIN_SHIFT = 3e-3
+"""Shift of the middle between the pads that is reported, m: the usual error of calibration."""
 
 
 @dataclass(frozen=True)
@@ -152,15 +149,8 @@ def _described(
     remarks = [*assumed]
     force = choices.force
     if force is None:
-        found = jaw_force(motion, max_force=MAX_FINGER_FORCE if pinch else np.inf)
-        if found is None:
-            force = FORCE_WITHOUT_LIMIT
-            remarks.append(
-                f"the file does not limit the closing force: {force[0]:g} to {force[1]:g} N are "
-                "assumed; --force LOW HIGH sets it"
-            )
-        else:
-            force = (0.0, round(found, 1))
+        force, remark = closing_force(motion, pinch=bool(pinch))
+        remarks += [remark] if remark else []
     if pinch:
         remarks.append(
             f"a hand of several fingers: {pinch} are used as two jaws, the other fingers are bent"
@@ -171,20 +161,29 @@ def _described(
             f"the pads turn by {math.degrees(turn):.0f}° while they close; the opening is that of "
             "the narrowest place"
         )
+    middles = motion.faces.mean(axis=1)
+    shift = float(np.abs(middles - middles[-1]).max())
     if len(motion.pads) == 1:
         remarks.append(
             "one jaw moves; the tool frame moves by half the opening along x in the hand"
         )
+    elif shift > MIN_SHIFT:
+        remarks.append(
+            f"the middle between the pads moves by {1e3 * shift:.0f} mm along x while they close; "
+            "the tool frame is that of the closed gripper"
+        )
     postures = jaw_postures(motion, origin)
     palm = _hand_boxes(palm_boxes(motion, origin))
+    depth = _depth(motion, pad_low, pad_high, palm)
     hand = ParallelHand(
         name=choices.name or re.sub(r"[^\w-]+", "_", path.stem) or "hand",
         stroke=_rounded(gaps[0]),
         min_opening=_rounded(gaps[-1]) if gaps[-1] > 5e-4 else 0.0,
         finger_boxes=_hand_boxes(finger_boxes(motion, origin)),
-        finger_depth=_rounded(_depth(motion, pad_low, pad_high, palm)),
+        finger_depth=_rounded(depth),
         pad_width=_rounded(pad_high - pad_low),
-        pad_height=_rounded(pad_bottom),
+        # Behind the depth of the fingers nothing reaches the pads.
+        pad_height=_rounded(min(pad_bottom, depth)),
         palm_boxes=palm,
         camera_boxes=_hand_boxes(camera_boxes(motion, origin)),
         force=force,

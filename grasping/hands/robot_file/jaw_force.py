@@ -10,18 +10,44 @@ from numpy.typing import NDArray
 from .jaw_motion import JawMotion
 from .read_model import load_mujoco
 
-USABLE_FORCE = (0.5, 1000.0)
-"""Closing forces that a gripper can have, N. Files often hold 0 or 10000 as a placeholder."""
+FORCE_WITHOUT_LIMIT = (0.0, 40.0)
+"""Closing force that is assumed where the file does not limit it, N."""
+MIN_FORCE = 0.5
+"""Least closing force that a gripper can have, N. Files often hold 0 as a placeholder."""
+MAX_FORCE = 250.0
+"""Greatest closing force of jaws that is believed, N. The strongest electric grippers of light arms
+have 235 N. Files hold 10 Nm or 1000 N as placeholders."""
+MAX_FINGER_FORCE = 100.0
+"""The same for a finger of a hand, N: that of a strong human pinch. A greater force of jaws is
+believed, but reported."""
 MIN_LEVER = 1e-4
 """Least motion of a motor or joint that counts, m or rad."""
 
 
-def jaw_force(motion: JawMotion, max_force: float = np.inf) -> float | None:
-    """Return the maximum closing force of each jaw, N, or None if the file does not decide it.
+def closing_force(motion: JawMotion, *, pinch: bool) -> tuple[tuple[float, float], str]:
+    """Return the closing force of each jaw, minimum and maximum in N, and a remark or "".
 
     The force is that of virtual work: the work of all motors over the way that the pads close. It
-    is the mean over the stroke. A force above `max_force` counts as a placeholder.
+    is the mean over the stroke. `pinch` says that two fingers of a hand are the jaws.
     """
+    found = _limit(motion)
+    assumed = (
+        f"{FORCE_WITHOUT_LIMIT[0]:g} to {FORCE_WITHOUT_LIMIT[1]:g} N are assumed; "
+        "--force LOW HIGH sets it"
+    )
+    if found is None:
+        return FORCE_WITHOUT_LIMIT, f"the file does not limit the closing force: {assumed}"
+    limits = f"the limits of its motors in the file give a closing force of {found:.0f} N"
+    if found > (MAX_FINGER_FORCE if pinch else MAX_FORCE):
+        return FORCE_WITHOUT_LIMIT, f"{limits}, which is not credible: {assumed}"
+    force = (0.0, round(found, 1))
+    if found > MAX_FINGER_FORCE:
+        return force, f"{limits}: compare it with the data sheet; --force LOW HIGH sets it"
+    return force, ""
+
+
+def _limit(motion: JawMotion) -> float | None:
+    """Return the maximum closing force of each jaw, N, or None if the file does not limit it."""
     model = motion.shapes.posing.model
     joints = motion.shapes.links.joints(motion.shapes.link_geoms)
     closed = float(motion.gaps[0] - motion.gaps[-1])
@@ -41,9 +67,7 @@ def jaw_force(motion: JawMotion, max_force: float = np.inf) -> float | None:
             for j in joints
         ]
         force = float(np.dot(efforts, turned)) / closed
-    if force is None or not USABLE_FORCE[0] <= force <= min(USABLE_FORCE[1], max_force):
-        return None
-    return float(force)
+    return None if force is None or force < MIN_FORCE else float(force)
 
 
 def _lengths(motion: JawMotion, posture: int) -> NDArray[np.float64]:

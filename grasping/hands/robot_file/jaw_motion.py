@@ -260,7 +260,10 @@ def _fixed_face(motion: JawMotion) -> float:
     points = clipped_box(palm, low, high).reshape(-1, 3)
     if not len(points):
         jaw = motion.shapes.links.name(motion.pads[0][0])
-        raise InputError(f"no gripper is found: nothing opposes the jaw {jaw!r}")
+        raise InputError(
+            f"no gripper is found: nothing opposes the jaw {jaw!r}, as with the last link of an "
+            "arm whose gripper is in another file"
+        )
     return float(points[:, 0].max())
 
 
@@ -276,7 +279,11 @@ def opposed_pads(motion: JawMotion) -> tuple[float, float, float]:
     low, high = max(e[0] for e in extents), min(e[1] for e in extents)
     height = float(motion.tips[-1]) - max(e[2] for e in extents)
     if high <= low or height <= 0:
-        raise InputError("no gripper is found: the pads of the jaws do not oppose each other")
+        beside = f" and lie {1e3 * (low - high):.0f} mm beside each other" if high < low else ""
+        raise InputError(
+            "no gripper is found: the pads of the jaws do not oppose each other"
+            f"{beside}; --pinch BODY BODY uses two fingers of a hand"
+        )
     return low, high, height
 
 
@@ -314,9 +321,13 @@ def _until_touch(
     places = posing.model.jnt_qposadr[list(posing.drives.joints)]
     for _ in range(MAX_CUTS):
         gaps = motion.gaps
-        end = float(np.argmin(gaps))
-        beyond = np.flatnonzero(gaps < 0.0)
-        if len(beyond) and beyond[0]:
+        # A jaw that turns by 90° begins behind the other one: its gap is first negative.
+        open_at = int(np.argmax(gaps))
+        if gaps[open_at] <= 0.0:
+            break
+        end = float(open_at + np.argmin(gaps[open_at:]))
+        beyond = open_at + np.flatnonzero(gaps[open_at:] < 0.0)
+        if len(beyond):
             last = int(beyond[0])
             end = last - 1 + gaps[last - 1] / (gaps[last - 1] - gaps[last])
         start = wedge_start(motion, int(np.ceil(end)))
@@ -325,7 +336,7 @@ def _until_touch(
         if gaps[widest] > gaps[start] + MIN_GAIN:
             start = widest
         whole = start == 0 and end >= len(gaps) - 1
-        if gaps[0] <= 0 or start >= end or (whole and gaps.min() > -MAX_OVERLAP):
+        if start >= end or (whole and gaps.min() > -MAX_OVERLAP):
             break
         numbers = np.arange(len(gaps), dtype=float)
         first, last_place = (

@@ -14,6 +14,10 @@ from eyehand.errors import InputError
 
 MAX_MESH_BYTES = 200_000_000
 """Maximum size of a mesh file."""
+STL_RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+"""Triangle of a binary STL file."""
+FLATNESS, THICKNESS = 1e-5, 1e-3
+"""Thickness below which a mesh is flat, and that it is given then, as shares of its size."""
 READABLE = ".stl, .obj, .dae, .glb, .ply"
 
 
@@ -35,9 +39,13 @@ def mesh_bytes(path: Path) -> tuple[str, bytes]:
     if suffix == ".obj":
         return suffix, content
     if suffix == ".stl":
-        if _is_binary_stl(content):
-            return suffix, content
-        return suffix, _binary_stl(_text_stl(path, content))
+        if not _is_binary_stl(content):
+            corners = _text_stl(path, content)
+        else:
+            corners = np.frombuffer(content, STL_RECORD, _stl_count(content), 84)["corners"]
+            if not _is_flat(corners):
+                return suffix, content
+        return suffix, _binary_stl(corners)
     if suffix == ".dae":
         return ".stl", _binary_stl(_collada(path, content))
     if suffix in (".glb", ".ply"):
@@ -48,10 +56,13 @@ def mesh_bytes(path: Path) -> tuple[str, bytes]:
 def _is_binary_stl(content: bytes) -> bool:
     if len(content) < 84:
         return False
-    (count,) = struct.unpack_from("<I", content, 80)
-    return len(content) >= 84 + 50 * count and not (
+    return len(content) >= 84 + 50 * _stl_count(content) and not (
         content[:5] == b"solid" and b"facet" in content[:1000]
     )
+
+
+def _stl_count(content: bytes) -> int:
+    return struct.unpack_from("<I", content, 80)[0]
 
 
 def _text_stl(path: Path, content: bytes) -> NDArray[np.float64]:
@@ -67,12 +78,28 @@ def _text_stl(path: Path, content: bytes) -> NDArray[np.float64]:
 
 
 def _binary_stl(corners: NDArray[np.float64]) -> bytes:
-    """Encode triangles (T, 3, 3) as binary STL."""
-    record = np.zeros(
-        len(corners), [("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")]
-    )
+    """Encode triangles (T, 3, 3) as binary STL. A flat shape becomes a thin one with two faces."""
+    if _is_flat(corners):
+        normal, size = _thinnest(corners)
+        corners = np.concatenate([corners, corners + THICKNESS * size * normal])
+    record = np.zeros(len(corners), STL_RECORD)
     record["corners"] = corners
     return b"\0" * 80 + struct.pack("<I", len(corners)) + record.tobytes()
+
+
+def _is_flat(corners: NDArray[np.floating]) -> bool:
+    """Return whether all triangles (T, 3, 3) lie in one plane. MuJoCo finds no hull of them."""
+    if not len(corners) or not np.isfinite(corners).all():
+        return False
+    normal, size = _thinnest(corners)
+    return float(np.ptp(corners.reshape(-1, 3) @ normal)) < FLATNESS * size
+
+
+def _thinnest(corners: NDArray[np.floating]) -> tuple[NDArray[np.float64], float]:
+    """Return the direction (3,) in which a shape is thinnest, and its size."""
+    points = corners.reshape(-1, 3).astype(np.float64)
+    points = points - points.mean(axis=0)
+    return np.linalg.eigh(points.T @ points)[1][:, 0], float(np.ptp(points, axis=0).max())
 
 
 def mesh_shape(name: str, content: bytes) -> tuple[NDArray[np.float64], NDArray[np.int32]]:

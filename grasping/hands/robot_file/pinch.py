@@ -65,7 +65,8 @@ def pinch_motion(
     if (length := _length(links, longest)) > MAX_FINGER_LENGTH:
         raise InputError(
             f"no gripper is found: the joints from {links.name(longest[0])} on are {length:.1f} m "
-            f"long, as of an arm; a finger has at most {MAX_FINGER_LENGTH:g} m"
+            f"long, as of an arm; a finger has at most {MAX_FINGER_LENGTH:g} m; --palm BODY names "
+            "the body that carries the fingers"
         )
     middle = model.jnt_range[joints].mean(axis=1)
     posing = Posing(links, joints, Drives(tuple(joints), middle, middle))

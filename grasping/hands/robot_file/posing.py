@@ -73,7 +73,7 @@ def find_drives(links: Links, joints: list[int], given: tuple[float, float] | No
         if group & driven and not group & set(chosen):
             chosen += [joint for joint in free if joint in group and joint not in looped]
     chosen = chosen or [joint for joint in free if joint not in looped] or free[:1]
-    ranges = np.array([_range(links, joint, given) for joint in chosen])
+    ranges = np.array([_range(links, joint, given, alone=len(joints) == 1) for joint in chosen])
     return Drives(tuple(chosen), ranges[:, 0], ranges[:, 1])
 
 
@@ -102,7 +102,9 @@ def _looped(links: Links) -> set[int]:
     return found
 
 
-def _range(links: Links, joint: int, given: tuple[float, float] | None) -> tuple[float, float]:
+def _range(
+    links: Links, joint: int, given: tuple[float, float] | None, *, alone: bool
+) -> tuple[float, float]:
     model = links.model
     low, high = -np.inf, np.inf
     if model.jnt_limited[joint]:
@@ -114,7 +116,13 @@ def _range(links: Links, joint: int, given: tuple[float, float] | None) -> tuple
     if given is not None and not (np.isfinite(low) and np.isfinite(high)):
         low, high = given
     if not (np.isfinite(low) and np.isfinite(high)):
-        raise InputError(f"--range is needed: joint {model.joint(joint).name!r} has no limits")
+        name = model.joint(joint).name
+        if alone:
+            raise InputError(
+                f"no gripper is found: {name!r}, the last joint, turns without limits, as the "
+                "wrist of an arm; --range LOW HIGH limits the joint of a jaw"
+            )
+        raise InputError(f"--range is needed: joint {name!r} has no limits")
     return low, high
 
 

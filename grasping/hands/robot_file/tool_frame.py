@@ -116,8 +116,9 @@ def jaw_sides(shapes: HandShapes, path: NDArray[np.float64], branches: list[list
     length = np.linalg.norm(motion, axis=1)
     if length.max() < MIN_MOTION:
         raise InputError(
-            f"no gripper is found: the fingers {_names(shapes, branches)} move less than "
-            f"{1e3 * MIN_MOTION:.0f} mm{_degree_hint(shapes)}"
+            f"no gripper is found: {_names(shapes, branches)} moves by less than "
+            f"{1e3 * MIN_MOTION:.0f} mm, as the flange of an arm whose gripper is in another file "
+            f"or on fixed joints{_degree_hint(shapes)}"
         )
     # Other links of a linkage may even move outwards.
     jaws = np.flatnonzero(length >= JAW_SHARE * length.max())

@@ -9,6 +9,8 @@ from pathlib import Path
 from urllib.parse import unquote, urlparse
 from xml.etree import ElementTree
 
+import numpy as np
+
 from eyehand.errors import InputError
 
 from .mesh_bytes import mesh_bytes
@@ -56,8 +58,8 @@ def prepared_urdf(
     meshes: dict[str, bytes] = {}
     for link in root.findall("link"):
         inertial = link.find("inertial")
-        if inertial is not None and None in (inertial.find("mass"), inertial.find("inertia")):
-            # MuJoCo refuses half of an inertia. The shapes have one, too.
+        if inertial is not None and not _is_possible(inertial):
+            # MuJoCo refuses it. The shapes have an inertia, too.
             link.remove(inertial)
         if link.find("collision") is not None:
             for visual in link.findall("visual"):
@@ -76,6 +78,23 @@ def prepared_urdf(
     ElementTree.SubElement(own, "compiler", COMPILER)
     text = ElementTree.tostring(root, encoding="unicode")
     return Urdf(text, meshes, {name: given for given, name in found.items()})
+
+
+def _is_possible(inertial: ElementTree.Element) -> bool:
+    """Return whether an <inertial> has a mass and an inertia, both positive."""
+    mass, inertia = inertial.find("mass"), inertial.find("inertia")
+    if mass is None or inertia is None:
+        return False
+    names = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+    try:
+        value = float(mass.get("value", 0.0))
+        xx, yy, zz, xy, xz, yz = (float(inertia.get(name, 0.0)) for name in names)
+    except ValueError:
+        # MuJoCo names the place of what is no number.
+        return True
+    matrix = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    # MuJoCo raises what is zero to its bounds.
+    return bool(np.isfinite(matrix).all()) and value >= 0 and np.linalg.eigvalsh(matrix)[0] >= 0
 
 
 def _mesh_file(path: Path, link: str, given: str, folders: list[Path]) -> Path:

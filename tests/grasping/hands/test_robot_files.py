@@ -105,3 +105,64 @@ def test_two_arms_are_no_hand(tmp_path):
 
     with pytest.raises(InputError, match=r"no gripper is found: .* as of an arm"):
         describe_hand(path)
+
+
+TURNING_JAW = """<mujoco><worldbody><body name="palm">
+<geom type="box" size=".05 .02 .005" pos=".07 0 -.005"/><body name="mover">
+<joint name="jaw" axis="0 1 0" range="-90 0"/>
+<geom type="box" size=".05 .02 .005" pos=".07 0 .005"/></body></body></worldbody>
+<actuator><motor joint="jaw" ctrlrange="-{torque} {torque}"/></actuator></mujoco>"""
+
+
+@pytest.mark.parametrize(
+    ("torque", "force", "remark"),
+    [(2, 0, ""), (6, 0, "compare it with the data sheet"), (60, 40, "not credible")],
+)
+def test_jaw_that_turns_by_90_degrees_and_its_force(tmp_path, torque, force, remark):
+    path = tmp_path / "jaw.xml"
+    path.write_text(TURNING_JAW.format(torque=torque))
+    found = describe_hand(path)
+
+    # At the widest usable angle of 45°, the tips are 85 mm apart.
+    assert 0.02 < found.hand.stroke < 0.085
+    assert found.hand.min_opening == 0.0
+    # 6 Nm at 45° over a way of about 30 mm are about 150 N.
+    assert found.hand.force[1] == pytest.approx(
+        force or torque * np.pi / 4 / found.hand.stroke, rel=0.15
+    )
+    said = " ".join(one for one in found.remarks if "closing force" in one)
+    assert remark in said
+    assert bool(said) == bool(remark)
+
+
+def test_flat_meshes_and_impossible_inertias_are_read(tmp_path):
+    flat = trimesh.Trimesh(
+        [[0, 0, 0], [0.01, 0, 0], [0, 0.01, 0], [0.01, 0.01, 0]], [[0, 1, 2], [1, 3, 2]]
+    )
+    flat.export(tmp_path / "tag.stl")
+    inertia = '<inertia ixx="-1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/>'
+    tag = '<collision><geometry><mesh filename="tag.stl"/></geometry></collision>'
+    more = f'<link name="left"><inertial><mass value="1"/>{inertia}</inertial>{tag}'
+    path = tmp_path / "rack.urdf"
+    path.write_text(rack_and_pinion().replace('<link name="left">', more))
+
+    assert describe_hand(path).hand.stroke == pytest.approx(0.09)
+
+
+@pytest.mark.parametrize(
+    ("joint", "message"),
+    [
+        ('type="hinge" axis="0 0 1" range="-90 90"', "moves by less than 2 mm, as the flange"),
+        ('type="hinge" axis="0 0 1" limited="false"', "turns without limits, as the wrist"),
+        ('type="hinge" axis="1 0 0" range="0 90"', "whose gripper is in another file"),
+    ],
+)
+def test_arm_without_gripper_is_said_to_be_one(tmp_path, joint, message):
+    path = tmp_path / "arm.xml"
+    path.write_text(
+        '<mujoco><worldbody><body name="link"><geom size=".03"/><body name="flange" pos="0 0 .1">'
+        f'<joint name="last" {joint}/><geom type="cylinder" size=".03 .02"/></body></body>'
+        "</worldbody></mujoco>"
+    )
+    with pytest.raises(InputError, match=f"no gripper is found: .*{message}"):
+        describe_hand(path)
