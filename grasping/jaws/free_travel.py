@@ -64,6 +64,7 @@ def free_travel(
         0.5 * opening,
         blocks.points,
         (blocks.blocks.start, blocks.blocks.centre, blocks.blocks.radius),
+        (blocks.groups.start, blocks.groups.centre, blocks.groups.radius),
         finger,
         hand.fixed_boxes(),
         length,

@@ -161,7 +161,7 @@ def _box_distance(x, y, z, box, sweep, bound):
 
 
 @njit(cache=True)
-def travels(rotation, start, half, points, blocks, finger, fixed, length, allowance, rank):
+def travels(rotation, start, half, points, blocks, groups, finger, fixed, length, allowance, rank):
     """Return the travel of boxes until they touch the point of a rank, (n,), m.
 
     The travel is negative where that point lies inside a box at the start.
@@ -172,8 +172,8 @@ def travels(rotation, start, half, points, blocks, finger, fixed, length, allowa
         Tool frames at the start, (n, 3, 3) and (n, 3), m.
     half
         Half of the opening, (n,), m.
-    points, blocks
-        Points (N, 3), and start, centre and radius of the spheres around their blocks.
+    points, blocks, groups
+        Points (N, 3), and start, centre and radius of the spheres around blocks and groups.
     finger, fixed
         Boxes of the finger at +x, and of the palm, (k, 2, 3), m.
     length
@@ -184,27 +184,36 @@ def travels(rotation, start, half, points, blocks, finger, fixed, length, allowa
         Number of the point that counts, from the first one.
     """
     first, centre, radius = blocks
+    group_first, group_centre, group_radius = groups
     n = len(start)
     out = np.full(n, length)
     found = np.empty(rank)
     last = rank - 1
     hulls = _hull(finger), _hull(fixed)
+    near = np.empty(len(group_radius))
     for i in range(n):
         found[:] = length
         r, t = rotation[i], start[i]
-        for block in range(len(radius)):
-            reach = radius[block]
-            at = to_tool(r, t, centre[block])
-            bound = found[last] + reach
-            narrow = allowance - reach
-            if _nearest(at, half[i], finger, fixed, hulls, True, narrow, bound) >= bound:
-                continue
-            for k in range(first[block], first[block + 1]):
-                at = to_tool(r, t, points[k])
-                bound = found[last]
-                value = _nearest(at, half[i], finger, fixed, hulls, True, allowance, bound)
-                if value < bound:
-                    _insert(found, value)
+        for group in range(len(near)):
+            reach = group_radius[group]
+            at = to_tool(r, t, group_centre[group])
+            bound, narrow = length + reach, allowance - reach
+            near[group] = _nearest(at, half[i], finger, fixed, hulls, True, narrow, bound) - reach
+        for group in np.argsort(near):
+            if near[group] >= found[last]:
+                break
+            for block in range(group_first[group], group_first[group + 1]):
+                reach = radius[block]
+                at = to_tool(r, t, centre[block])
+                bound, narrow = found[last] + reach, allowance - reach
+                if _nearest(at, half[i], finger, fixed, hulls, True, narrow, bound) >= bound:
+                    continue
+                for k in range(first[block], first[block + 1]):
+                    at = to_tool(r, t, points[k])
+                    bound = found[last]
+                    value = _nearest(at, half[i], finger, fixed, hulls, True, allowance, bound)
+                    if value < bound:
+                        _insert(found, value)
         out[i] = found[last]
     return out
 

@@ -76,13 +76,14 @@ def test_travels(rank):
     rotation, start = _candidates(40)
     points = RNG.uniform(-0.15, 0.15, (300, 3))
     half = RNG.uniform(0.01, 0.04, 40)
-    blocks = point_blocks([points], [0])
+    blocks = point_blocks([points[points[:, 0] < 0], points[points[:, 0] >= 0]], [0, -1])
     found = travels(
         rotation,
         start,
         half,
         blocks.points,
         (blocks.blocks.start, blocks.blocks.centre, blocks.blocks.radius),
+        (blocks.groups.start, blocks.groups.centre, blocks.groups.radius),
         FINGER,
         HAND.fixed_boxes(),
         0.05,
