@@ -230,7 +230,7 @@ def _jaw_candidates(
             reasons = reasons or list(grasps.rejected.get(item.label, {}))
             skipped[item.label] = f"no safe grasp: {', '.join(dict.fromkeys(reasons))}"
         for grasp in safe:
-            found += [(plan.score.total, item, plan) for plan in jaw_plans(grasp, item, up)]
+            found += [(plan.score.total, item, plan) for plan in jaw_plans(hand, grasp, item, up)]
     return found
 
 

@@ -16,19 +16,24 @@ if TYPE_CHECKING:
 
     from eyehand.perception import SceneObject, Superquadric
 
+    from .hands import ParallelHand
     from .jaws import Grasp
 
 TOP_COSINE = np.cos(np.radians(45.0))
 """Cosine of the angle from straight down up to which an approach is from the top."""
 
 
-def jaw_plans(grasp: Grasp, item: SceneObject, up: NDArray[np.float64]) -> tuple[GraspPlan, ...]:
+def jaw_plans(
+    hand: ParallelHand, grasp: Grasp, item: SceneObject, up: NDArray[np.float64]
+) -> tuple[GraspPlan, ...]:
     """Return the plans of a grasp: the gripper as planned, and turned by half a turn.
 
     Both close on the same faces. The arm may reach only one of them.
 
     Parameters
     ----------
+    hand
+        The gripper.
     grasp
         Grasp of the object, in the frame of its scene.
     item
@@ -36,21 +41,26 @@ def jaw_plans(grasp: Grasp, item: SceneObject, up: NDArray[np.float64]) -> tuple
     up
         Unit direction up, (3,).
     """
-    return _plan(grasp, item, up, 1.0), _plan(grasp, item, up, -1.0)
+    return _plan(hand, grasp, item, up, 1.0), _plan(hand, grasp, item, up, -1.0)
 
 
-def _plan(grasp: Grasp, item: SceneObject, up: NDArray[np.float64], turn: float) -> GraspPlan:
+def _plan(
+    hand: ParallelHand, grasp: Grasp, item: SceneObject, up: NDArray[np.float64], turn: float
+) -> GraspPlan:
     tip, palm, closing = grasp.position, grasp.approach, turn * grasp.closing
+    # The arm moves the frame of the closed gripper.
+    axes = np.column_stack([closing, np.cross(palm, closing), palm])
+    tool = tip - axes @ hand.middle(grasp.width)
     solids = item.fit.parts or ((item.fit.superquadric,) if item.fit.superquadric else ())
     depth = float((palm @ tip) - (item.points @ palm).min())
     volumes = np.array([solid.volume for solid in solids])
     volume = float(volumes.sum())
     tasks = (
         ApproachTask(
-            "position", 3, tip, palm, 0.0, "tool centre point at the grasp", retreat_slope=1.0
+            "position", 3, tool, palm, 0.0, "tool centre point at the grasp", retreat_slope=1.0
         ),
         ApproachTask(
-            "orientation", 3, tip, closing, 0.0, "approach and closing direction", palm=palm
+            "orientation", 3, tool, closing, 0.0, "approach and closing direction", palm=palm
         ),
     )
     return GraspPlan(

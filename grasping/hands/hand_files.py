@@ -172,11 +172,7 @@ def _value(key: str, value: Any) -> Any:
         return tuple(value)
     if key == "tool":
         return _tool(value)
-    if key == "moving_jaws":
-        if value not in (1, 2) or isinstance(value, bool):
-            raise InputError(f"'moving_jaws' must be 1 or 2, got {value!r}")
-        return value
-    if key == "force":
+    if key in ("force", "middle_shift"):
         low, high = _numbers(key, value, 2)
         return low, high
     return _numbers(key, [value], 1)[0]

@@ -139,9 +139,9 @@ class ParallelHand:
     tip_advance: float = 0.0
     """Distance that the fingertips move forwards from the open to the closed hand, m. The origin is
     where the tips are farthest: those of the closed hand, if they move forwards."""
-    moving_jaws: int = 2
-    """Number of jaws that move, 2 or 1. With 1 the jaw at -x stands still, and the tool frame moves
-    by half the opening along x in the hand."""
+    middle_shift: tuple[float, float] = (0.0, 0.0)
+    """x and y of the middle between the open pads, seen from that of the closed ones, m. It moves
+    in proportion to the opening: by half of the stroke along x if the jaw at -x stands still."""
     kind: str = "parallel"
     """One of `KINDS`."""
     pre_shape: str = ""
@@ -174,9 +174,10 @@ class ParallelHand:
             raise InputError(
                 f"hand {self.name}: kind must be {' or '.join(KINDS)}, got {self.kind!r}"
             )
-        if self.moving_jaws not in (1, 2):
+        if math.hypot(*self.middle_shift) > self.stroke:
             raise InputError(
-                f"hand {self.name}: moving_jaws must be 1 or 2, got {self.moving_jaws}"
+                f"hand {self.name}: middle_shift must be shorter than the stroke {self.stroke} m, "
+                f"got {self.middle_shift}"
             )
         low, high = self.force
         if not 0.0 <= low <= high or not 0.0 < high < math.inf:
@@ -196,6 +197,11 @@ class ParallelHand:
             raise InputError(
                 f"hand {self.name}: the fingertips must end at z = 0, they end at {tip:.4f} m"
             )
+
+    def middle(self, opening: float) -> NDArray[np.float64]:
+        """Return the middle between the pads, (3,), m, seen from that of the closed hand."""
+        share = (opening - self.min_opening) / (self.stroke - self.min_opening)
+        return max(share, 0.0) * np.array([*self.middle_shift, 0.0])
 
     def jaw_boxes(self, opening: float) -> NDArray[np.float64]:
         """Return low and high corners of both fingers' boxes at an opening, (2 n, 2, 3), m."""

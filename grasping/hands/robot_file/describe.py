@@ -161,16 +161,11 @@ def _described(
             f"the pads turn by {math.degrees(turn):.0f}° while they close; the opening is that of "
             "the narrowest place"
         )
-    middles = motion.faces.mean(axis=1)
-    shift = float(np.abs(middles - middles[-1]).max())
-    if len(motion.pads) == 1:
+    shift = _middle_shift(motion)
+    if np.hypot(*shift) > MIN_SHIFT:
         remarks.append(
-            "one jaw moves; the tool frame moves by half the opening along x in the hand"
-        )
-    elif shift > MIN_SHIFT:
-        remarks.append(
-            f"the middle between the pads moves by {1e3 * shift:.0f} mm along x while they close; "
-            "the tool frame is that of the closed gripper"
+            f"the middle between the pads moves by {1e3 * shift[0]:.0f} mm along x and "
+            f"{1e3 * shift[1]:.0f} mm along y while they open"
         )
     postures = jaw_postures(motion, origin)
     palm = _hand_boxes(palm_boxes(motion, origin))
@@ -191,7 +186,7 @@ def _described(
         tip_advance=_rounded(float(motion.tips[-1] - motion.tips[0])),
         kind="fingers" if pinch else "parallel",
         pre_shape=f"pinch of {pinch}" if pinch else "",
-        moving_jaws=len(motion.pads),
+        middle_shift=(_rounded(shift[0]), _rounded(shift[1])),
         tool=_tool_pose(postures),
         joints=_joints(motion, everything=bool(pinch)),
         source=f"{path.name}, read by eyehand hand describe",
@@ -224,6 +219,19 @@ def _depth(motion: JawMotion, low: float, high: float, palm: Sequence[HandBox]) 
     # The boxes of a linkage are those of all postures, and the origin is at the farthest tips.
     free = -max(in_front, default=-np.inf) - float(np.ptp(motion.tips))
     return min(reach, free) if free > 0 else reach
+
+
+def _middle_shift(motion: JawMotion) -> NDArray[np.float64]:
+    """Return x and y of the middle between the open pads, seen from the closed ones, (2,), m.
+
+    It is the line through the closed posture that is nearest to all others.
+    """
+    openings = motion.gaps - motion.gaps[-1]
+    ends = [motion.pad_extent(0, 0), motion.pad_extent(1, 0)]
+    closed = [motion.pad_extent(side, len(motion.path) - 1) for side in (0, 1)]
+    y = 0.5 * np.mean([e[0] + e[1] - c[0] - c[1] for e, c in zip(ends, closed, strict=True)])
+    middles = motion.faces.mean(axis=1) - motion.faces[-1].mean()
+    return np.array([openings[0] * (openings @ middles) / (openings @ openings), y])
 
 
 def _finger_base(motion: JawMotion, posture: int) -> float:

@@ -61,7 +61,7 @@ def test_rack_and_pinion_with_a_mimic_joint(tmp_path):
     )
     names = {joint.name: (joint.open, joint.closed) for joint in hand.joints}
     assert names == {"rack_joint": (0.045, 0.0), "follow_joint": (0.045, 0.0)}
-    assert hand.moving_jaws == 2
+    assert hand.middle_shift == (0.0, 0.0)
 
 
 def test_two_motors_small_pads_and_a_camera(tmp_path):
@@ -156,7 +156,8 @@ def test_one_jaw_against_a_fixed_one_on_an_arm(tmp_path):
     hand = found.hand
 
     assert "--force LOW HIGH" in found.remarks[0]
-    assert hand.moving_jaws == 1
+    assert hand.middle_shift == pytest.approx((0.03, 0.0))
+    np.testing.assert_allclose(hand.middle(0.02), [0.01, 0.0, 0.0])
     assert hand.stroke == pytest.approx(0.06)
     assert hand.min_opening == 0.0
     assert hand.finger_depth == pytest.approx(0.06, abs=1e-3)

@@ -80,11 +80,23 @@ def test_wide_vessel_is_gripped_at_its_rim():
 def test_jaws_at_a_rim_are_compared_with_the_wall_they_grip():
     scene = scene_of(bowl(0.07, 0.09, 0.005))
     item = scene.objects[0]
-    for plan in jaw_plans(plan_grasps(scene, PANDA)[0], item, np.array([0.0, 0.0, 1.0])):
+    for plan in jaw_plans(PANDA, plan_grasps(scene, PANDA)[0], item, np.array([0.0, 0.0, 1.0])):
         assert plan.gripped_width == pytest.approx(0.005, abs=0.003)
         assert gripped_too_thin(0.006, plan, item.fit) == ""
         fingers = replace(plan, gripped_width=None)
         assert "6 mm apart on an object of 90 mm" in gripped_too_thin(0.006, fingers, item.fit)
+
+
+def test_arm_moves_the_frame_of_the_closed_gripper():
+    scene = scene_of(box((0.04, 0.05, 0.1)))
+    grasp, up = plan_grasps(scene, PANDA)[0], np.array([0.0, 0.0, 1.0])
+    hand = replace(PANDA, middle_shift=(0.04, 0.01))
+    for plan in jaw_plans(hand, grasp, scene.objects[0], up):
+        axes = np.column_stack([plan.closing, np.cross(plan.palm, plan.closing), plan.palm])
+        share = grasp.width / PANDA.stroke
+        for task in plan.tasks:
+            middle = task.point + axes @ [share * 0.04, share * 0.01, 0.0]
+            np.testing.assert_allclose(middle, grasp.position, atol=1e-9)
 
 
 def test_closed_solid_of_that_width_is_refused():
