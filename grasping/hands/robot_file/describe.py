@@ -229,9 +229,10 @@ def _middle_shift(motion: JawMotion) -> NDArray[np.float64]:
     openings = motion.gaps - motion.gaps[-1]
     ends = [motion.pad_extent(0, 0), motion.pad_extent(1, 0)]
     closed = [motion.pad_extent(side, len(motion.path) - 1) for side in (0, 1)]
-    y = 0.5 * np.mean([e[0] + e[1] - c[0] - c[1] for e, c in zip(ends, closed, strict=True)])
+    y = 0.25 * sum(e[0] + e[1] - c[0] - c[1] for e, c in zip(ends, closed, strict=True))
     middles = motion.faces.mean(axis=1) - motion.faces[-1].mean()
-    return np.array([openings[0] * (openings @ middles) / (openings @ openings), y])
+    x = openings[0] * float(openings @ middles) / float(openings @ openings)
+    return np.array([x, y], dtype=np.float64)
 
 
 def _finger_base(motion: JawMotion, posture: int) -> float:

@@ -156,6 +156,7 @@ def test_floating_gripper_with_rough_shapes_is_fixed_to_the_arm(tmp_path):
         (("pand",), "valid names are lbr, panda, ur5e, iiwa14.*did you mean panda"),
         (("ur5e",), "has no hand of its own: give --hand panda, 2f85, allegro"),
         (("lbr", "2f58"), "there is no hand '2f58'.*did you mean 2f85"),
+        (("ur5e", "shadow"), "'shadow' can be planned for, but no place on an arm was tested"),
         (("panda", "own"), "goes with the arm 'lbr' only"),
         (("panda", "panda", (0.0, 1.0)), "must be 6 numbers"),
     ],
