@@ -19,6 +19,7 @@ from .jaw_force import closing_force
 from .jaw_motion import MAX_DRIVES, JawMotion, between_jaws, jaw_motion, opposed_pads
 from .jaw_postures import JawPostures, jaw_postures
 from .links import Links, couplings, find_branches, find_palm, root_body
+from .pad_turn import middle_shift
 from .pinch import pinch_motion
 from .posing import Posing, find_drives
 from .read_model import read_model
@@ -161,7 +162,7 @@ def _described(
             f"the pads turn by {math.degrees(turn):.0f}° while they close; the opening is that of "
             "the narrowest place"
         )
-    shift = _middle_shift(motion)
+    shift = middle_shift(motion)
     if np.hypot(*shift) > MIN_SHIFT:
         remarks.append(
             f"the middle between the pads moves by {1e3 * shift[0]:.0f} mm along x and "
@@ -219,20 +220,6 @@ def _depth(motion: JawMotion, low: float, high: float, palm: Sequence[HandBox]) 
     # The boxes of a linkage are those of all postures, and the origin is at the farthest tips.
     free = -max(in_front, default=-np.inf) - float(np.ptp(motion.tips))
     return min(reach, free) if free > 0 else reach
-
-
-def _middle_shift(motion: JawMotion) -> NDArray[np.float64]:
-    """Return x and y of the middle between the open pads, seen from the closed ones, (2,), m.
-
-    It is the line through the closed posture that is nearest to all others.
-    """
-    openings = motion.gaps - motion.gaps[-1]
-    ends = [motion.pad_extent(0, 0), motion.pad_extent(1, 0)]
-    closed = [motion.pad_extent(side, len(motion.path) - 1) for side in (0, 1)]
-    y = 0.25 * sum(e[0] + e[1] - c[0] - c[1] for e, c in zip(ends, closed, strict=True))
-    middles = motion.faces.mean(axis=1) - motion.faces[-1].mean()
-    x = openings[0] * float(openings @ middles) / float(openings @ openings)
-    return np.array([x, y], dtype=np.float64)
 
 
 def _finger_base(motion: JawMotion, posture: int) -> float:

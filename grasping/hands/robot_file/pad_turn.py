@@ -1,4 +1,4 @@
-"""How the pads of jaws turn while they close."""
+"""How the pads of jaws turn, and their middle moves, while they close."""
 
 from __future__ import annotations
 
@@ -32,6 +32,20 @@ def pad_turn(motion: JawMotion) -> float:
     """Return by how much the pads turn while they close, rad."""
     first, last = _pad_frames(motion, (0, len(motion.path) - 1))
     return _angle(first, last)
+
+
+def middle_shift(motion: JawMotion) -> NDArray[np.float64]:
+    """Return x and y of the middle between the open pads, seen from the closed ones, (2,), m.
+
+    It is the line through the closed posture that is nearest to all others.
+    """
+    openings = motion.gaps - motion.gaps[-1]
+    ends = [motion.pad_extent(0, 0), motion.pad_extent(1, 0)]
+    closed = [motion.pad_extent(side, len(motion.path) - 1) for side in (0, 1)]
+    y = 0.25 * sum(e[0] + e[1] - c[0] - c[1] for e, c in zip(ends, closed, strict=True))
+    middles = motion.faces.mean(axis=1) - motion.faces[-1].mean()
+    x = openings[0] * float(openings @ middles) / float(openings @ openings)
+    return np.array([x, y], dtype=np.float64)
 
 
 def wedge_start(motion: JawMotion, closed: int) -> int:
