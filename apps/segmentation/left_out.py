@@ -136,7 +136,7 @@ def _search(data: _Data) -> dict[Constant, list[tuple[float, dict[str, float]]]]
     constants = (*log_odds(), *OTHERS)
     for constant in tracked(constants, "searching", len(constants)):
         for factor in FACTORS:
-            value = constant.value() * factor
+            value = constant.scaled(factor)
             tried.setdefault(constant, []).append((value, data.scores({constant: value})))
     return tried
 

@@ -24,6 +24,11 @@ class Constant(NamedTuple):
         """Return its present value."""
         return getattr(stage_module(self.module), self.name)
 
+    def scaled(self, factor: float) -> float:
+        """Return its present value times a factor; a whole number stays one."""
+        value = self.value()
+        return type(value)(value * factor)
+
 
 OTHERS = (
     Constant("patch_edges", "LONG_CONTACT"),
@@ -45,6 +50,7 @@ OTHERS = (
     Constant("join_floating", "MAX_AREA"),
     Constant("select_supports", "MIN_RIVAL_SCORE"),
     Constant("support_plane", "TUKEY_WIDTH"),
+    Constant("support_plane", "CANDIDATES"),
 )
 """The main constants besides the log-odds."""
 

@@ -14,7 +14,7 @@ from .frame_noise import NoiseProfile
 from .local_planes import MIN_WINDOW_SHARE, LocalPlanes, fit_centred_windows, plane_normals
 from .median import median
 from .options import SegmentationOptions
-from .parallel_planes import FlatReadings
+from .parallel_planes import FlatReadings, flat_readings
 from .result import SupportPlane
 from .select_supports import (
     MIN_DISTANCE,
@@ -28,8 +28,8 @@ from .support_scatter import support_wave
 from .working_image import WorkingImage
 
 CANDIDATES = 480
-"""Planes that are tried as the support. More find smaller tables and take longer. With 120 the
-support of mirrored real frames lay up to 120 mm elsewhere, with 480 up to 12 mm."""
+"""Planes that are tried as the support. More find smaller tables and take longer. Mirrored images
+of a bent table give one plane within 3 mm for 6 of 8 seeds with 480, for 1 of 8 with 120."""
 SAMPLES = 2000
 """Pixels on which candidate planes are scored. More rank similar planes more reliably."""
 COARSE_WIDTH = 160
@@ -60,8 +60,8 @@ MIN_SHARE = 0.008
 MIN_COSINE = 0.95
 """Minimum cosine between the normals of a sample and of its plane."""
 REFITS = 12
-"""Reweighted least-squares fits of a proposed plane. Fewer leave it near its first hypothesis, and
-another hypothesis gives another plane."""
+"""Reweighted least-squares fits of a proposed plane, to the samples and then to all readings. Fewer
+leave it near its first hypothesis, and another hypothesis gives another plane."""
 TUKEY_WIDTH = 1.5
 """Residual at which the weight of a reading reaches 0, in tolerances. The plane is then a smooth
 function of the readings. A hard limit moved it by up to 12 mm when 0.5 % of the readings moved by
@@ -115,9 +115,11 @@ def find_supports(
     If the camera's pose is known, a support must be horizontal within ``MAX_TILT``. With
     ``table_height`` it must also lie at that height. Equal frames give equal planes.
 
-    `noise` is the noise over disparity, by default the one of the image everywhere.
+    `noise` is the noise over disparity, by default the one of the image everywhere. `readings` are
+    the flat readings of the image.
     """
     noise = noise or NoiseProfile(np.ones(1), np.full(1, image.noise))
+    readings = readings or flat_readings(image, noise)
     stride = max(image.intrinsics.width // COARSE_WIDTH, 1)
     coarse = np.ascontiguousarray(image.disparity[::stride, ::stride])
     planes = LocalPlanes(*fit_centred_windows(coarse, COARSE_RADIUS, COARSE_SHARE))
@@ -126,7 +128,10 @@ def find_supports(
         radius = options.window // 2
         planes = LocalPlanes(*fit_centred_windows(image.disparity, radius, MIN_WINDOW_SHARE))
         proposed = _propose_planes(image, noise, planes, options.table_height)
-    located = [locate_support(one.plane, one.depth, image) for one in _relevant(proposed)]
+    located = [
+        locate_support(_fit_readings(one.plane, readings, noise), one.depth, image)
+        for one in _relevant(proposed)
+    ]
     supports = [
         support
         for support in located
@@ -134,7 +139,7 @@ def find_supports(
     ]
     supports.sort(key=lambda support: -support.score)
     small: list[Support] = []
-    if supports and readings is not None:
+    if supports:
         boards, small = further_boards(readings, supports, image)
         supports += boards
     selected = select_supports(sorted(supports, key=lambda support: -support.score), image)
@@ -229,6 +234,20 @@ def _is_plausible(
         height = image.T_world_camera.apply(points)[:, 2]
         plausible &= np.abs(height - table_height) <= HEIGHT_TOLERANCE
     return plausible
+
+
+def _fit_readings(plane: SupportPlane, readings: FlatReadings, noise: NoiseProfile) -> SupportPlane:
+    """Fit a proposed plane to all readings whose windows have its normal.
+
+    Few samples lie on a board that is seen at a grazing angle. The plane through them depends on
+    the hypothesis: boards of shelves were tilted by 0.16° in the mean, and mirrored real frames had
+    their support up to 70 mm elsewhere. Through all readings these are 0.04° and 3 mm.
+    """
+    points = readings.points[readings.normals @ plane.normal > MIN_COSINE]
+    z = points[:, 2]
+    tolerance = SUPPORT_SIGMAS * noise.at(1.0 / z)
+    fit = _refit(-plane.normal / plane.offset, points / z[:, None], z, tolerance)
+    return plane if fit is None else fit[0]
 
 
 def _refit(

@@ -45,7 +45,7 @@ COMMANDS = list(
 PRINTED = {
     "from eyehand.tactile import PhaseOptions": "phase: move",
     "from eyehand.tactile import MemoryFilter": "error of the predicted images 0.0",
-    "from eyehand.grasping import select_prototype": "1 tapered [0.0",
+    "from eyehand.grasping import select_prototype": "1 box [0.0",
     "from eyehand.grasping import load_hand": "% safe",
     "import json\n\nfrom eyehand.grasping": "% True\n",
     "import json\nfrom pathlib": "name='my gripper', stroke=0.06",

@@ -30,6 +30,7 @@ def test_every_constant_exists_and_is_a_number():
     assert PRIOR in log_odds()
     assert len(log_odds()) >= 8
     assert all(np.isfinite(constant.value()) for constant in (*log_odds(), *OTHERS))
+    assert isinstance(Constant("support_plane", "CANDIDATES").scaled(1.33), int)
 
 
 def test_constants_are_restored_after_an_error():
