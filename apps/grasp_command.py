@@ -12,6 +12,7 @@ from cyclopts import Parameter
 from eyehand.errors import InputError
 from eyehand.grasping import JawOptions, ParallelHand, generic_jaw, load_hand, plan_grasps
 from eyehand.grasping.hands import built_in_hands
+from eyehand.perception import frame_faults
 
 from .console import json_text, print_json, say, show
 from .frame_masks import FrameMasks
@@ -115,6 +116,9 @@ def grasp_command(
     _check_outputs(outputs, several=(oak or is_recording(frame)) and (frames or 2 - oak) > 1)
     rows, reports, offered = [], [], True
     for name, source, depth_frame in open_frames(frame, camera, oak, record, frames, topic):
+        if name is None:
+            # Before the kernels load: that takes longer than the answer.
+            check_usable(frame_faults(depth_frame), source)
         if not reports:
             # The times of the first frame then hold no loading of kernels.
             plan_grasps(load_kernels(), load_hand(WIDE_HAND), options)
@@ -124,7 +128,7 @@ def grasp_command(
             depth_frame, hand, options, source=source, top=top, table_height=table_height
         )
         if name is None:
-            check_usable(found.scene.segmentation, source)
+            check_usable(found.scene.warnings, source)
         frame_rows, report = grasp_rows(found, name), frame_json(found, name)
         if out is not None:
             _write_folder(out if name is None else out / name, found, frame_rows, report)

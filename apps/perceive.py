@@ -9,6 +9,7 @@ from cyclopts import Parameter
 
 from eyehand.errors import InputError
 from eyehand.grasping import GraspOptions, GraspPurpose
+from eyehand.perception import frame_faults
 
 from .console import print_json, say, show
 from .frame_masks import FrameMasks
@@ -88,6 +89,9 @@ def perceive_command(
     stream = open_frames(frame, camera, oak, record, frames, topic)
     with scene_writer(mcap) as recording:
         for name, source, depth_frame in stream:
+            if name is None:
+                # Before the kernels load: that takes longer than the answer.
+                check_usable(frame_faults(depth_frame), source)
             if count == 0:
                 # Only now: an input that cannot be read leaves no empty folder.
                 claim_folder(out)
@@ -97,7 +101,7 @@ def perceive_command(
                 depth_frame = masks.applied(depth_frame)
             found = perceive_and_plan(depth_frame, GraspOptions(purpose=purpose))
             if name is None:
-                check_usable(found.scene.segmentation, source)
+                check_usable(found.scene.warnings, source)
             _write(out if name is None else out / name, found, source, json_wanted=json)
             if recording is not None:
                 write_scene(recording, found.frame, found.scene, found.plans, count * PERIOD_S)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,7 +15,7 @@ from eyehand.perception import (
     DepthFrame,
     PerceiveOptions,
     Scene,
-    Segmentation,
+    SceneWarning,
     kernels_are_cached,
     perceive,
     warm_up,
@@ -91,13 +92,13 @@ UNUSABLE = ("camera", "noise", "constant")
 them, because its next frame can be better. A file has no next frame."""
 
 
-def check_usable(found: Segmentation, source: str = "") -> None:
-    """Check that the frame of a segmentation can be used.
+def check_usable(warnings: Iterable[SceneWarning], source: str = "") -> None:
+    """Check that a frame with some warnings can be used.
 
     Parameters
     ----------
-    found
-        The segmentation.
+    warnings
+        Those of its segmentation, or its faults before that.
     source
         The file, for the message.
 
@@ -106,6 +107,6 @@ def check_usable(found: Segmentation, source: str = "") -> None:
     InputError
         If the frame shows noise or nothing, or the camera is implausible.
     """
-    for warning in found.warnings:
+    for warning in warnings:
         if warning.kind in UNUSABLE:
             raise InputError(f"{source}: {warning.message}" if source else warning.message)

@@ -40,6 +40,7 @@ if TYPE_CHECKING:
         SupportPlane,
         UnknownRegion,
         Wall,
+        frame_faults,
         segment,
     )
     from .stored_front import FrontFormat, StoredFront
@@ -70,6 +71,7 @@ __all__ = [
     "Wall",
     "fit_region",
     "fit_superquadric",
+    "frame_faults",
     "kernels_are_cached",
     "mask_points",
     "mask_robot",

@@ -236,7 +236,7 @@ def _frame_input(
         if value is not None:
             raise InputError(f"{option} is for clouds: the depth frame {path} has its own")
     segmentation = segment(frame)
-    check_usable(segmentation, str(path))
+    check_usable(segmentation.warnings, str(path))
     sizes = np.bincount(segmentation.labels.ravel(), minlength=segmentation.count + 1)[1:]
     if not len(sizes):
         raise InputError(

@@ -94,7 +94,7 @@ def evaluate_points(folder: Path, options: SegmentationOptions, out: Path, *, js
 def _row(annotated: PointFrame, colour: bool, options: SegmentationOptions) -> dict[str, Any]:
     frame = replace(annotated.frame, colour=annotated.colour if colour else None)
     found = segment(frame, options)
-    check_usable(found, annotated.name)
+    check_usable(found.warnings, annotated.name)
     seeds = range(NOISE_SEED, NOISE_SEED + COPIES)
     disturbed = [segment(disturbed_frame(frame, seed=seed), options) for seed in seeds]
     moved = [

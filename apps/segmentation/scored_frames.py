@@ -85,7 +85,7 @@ def run_trials(
                 segment(labelled.frame, options)
                 first = False
             found, seconds, cpu_seconds = timed_segment(labelled.frame, options)
-            check_usable(found, source.name)
+            check_usable(found.warnings, source.name)
             ignore = labelled.unscored(ignore_invalid=ignore_invalid)
             score = score_segmentation(found.labels, labelled.truth, ignore)
             kinds = None

@@ -20,6 +20,7 @@ in ``STORED_FRONT``, which ``eyehand chart segmentation --store`` writes in ``FR
 """
 
 from .container import Container, Wall
+from .frame_checks import frame_faults
 from .options import FRONT_FORMAT, STORED_FRONT, SegmentationOptions
 from .result import Segmentation, SupportPlane
 from .scene_warnings import SceneWarning
@@ -36,5 +37,6 @@ __all__ = [
     "SupportPlane",
     "UnknownRegion",
     "Wall",
+    "frame_faults",
     "segment",
 ]

@@ -9,7 +9,7 @@ import numpy as np
 from ..frame import CameraIntrinsics, DepthFrame
 from .frame_noise import NoiseProfile
 from .options import SegmentationOptions
-from .scene_warnings import SceneWarning, WarningKind
+from .scene_warnings import SceneWarning
 from .support_plane import MAX_TILT, find_supports
 from .working_image import WorkingImage
 
@@ -44,25 +44,43 @@ def check_frame(frame: DepthFrame, image: WorkingImage) -> tuple[SceneWarning, .
     image
         Its working image, with the measured noise.
     """
-    messages: dict[WarningKind, str] = {"camera": _camera_fault(frame.intrinsics)}
+    faults = list(frame_faults(frame))
     sample = image.disparity[::STEP, ::STEP]
     sample = sample[sample > 0]
-    if sample.size >= MIN_READINGS:
-        low, middle, high = np.quantile(sample, (SPREAD_QUANTILES[0], 0.5, SPREAD_QUANTILES[1]))
-        noise = image.noise
-        if noise > NOISE_OF_SPREAD * (high - low) / 2 and noise > NOISE_OF_DEPTH * middle:
-            share = f"{100 * noise / middle:.0f} %"
-            messages["noise"] = f"the readings are noise of {share} of depth: no surface is smooth"
-        elif sample.min() == sample.max() and np.ptp(frame.depth[frame.valid]) == 0:
-            depth = f"{1 / middle:.3f} m"
-            messages["constant"] = f"all readings are {depth}: the image shows no scene"
-        if np.quantile(sample, 1.0 - FAR_QUANTILE) < 1.0 / FAR_M:
-            messages["far"] = (
-                f"nearly all readings are beyond {FAR_M:g} m, the median at {1 / middle:.1f} m: no "
-                "solid is fitted there. Check the unit of the depth (`depth_scale_mm` of the "
-                "camera file, mm per unit of a PNG; 1 if it is missing)"
-            )
-    return tuple(SceneWarning(kind, message) for kind, message in messages.items() if message)
+    if sample.size < MIN_READINGS:
+        return tuple(faults)
+    low, middle, high = np.quantile(sample, (SPREAD_QUANTILES[0], 0.5, SPREAD_QUANTILES[1]))
+    noise = image.noise
+    smooth = noise <= max(NOISE_OF_SPREAD * (high - low) / 2, NOISE_OF_DEPTH * middle)
+    if not smooth and all(fault.kind != "constant" for fault in faults):
+        share = f"{100 * noise / middle:.0f} %"
+        message = f"the readings are noise of {share} of depth: no surface is smooth"
+        faults.append(SceneWarning("noise", message))
+    if np.quantile(sample, 1.0 - FAR_QUANTILE) < 1.0 / FAR_M:
+        message = (
+            f"nearly all readings are beyond {FAR_M:g} m, the median at {1 / middle:.1f} m: no "
+            "solid is fitted there. Check the unit of the depth (`depth_scale_mm` of the "
+            "camera file, mm per unit of a PNG; 1 if it is missing)"
+        )
+        faults.append(SceneWarning("far", message))
+    return tuple(faults)
+
+
+def frame_faults(frame: DepthFrame) -> tuple[SceneWarning, ...]:
+    """Return the warnings about a frame that need no segmentation: its camera, a constant image."""
+    faults = []
+    if message := _camera_fault(frame.intrinsics):
+        faults.append(SceneWarning("camera", message))
+    sample = frame.depth[::STEP, ::STEP]
+    sample = sample[sample > 0]
+    if (
+        sample.size >= MIN_READINGS
+        and np.ptp(sample) == 0
+        and np.ptp(frame.depth[frame.valid]) == 0
+    ):
+        message = f"all readings are {sample[0]:.3f} m: the image shows no scene"
+        faults.append(SceneWarning("constant", message))
+    return tuple(faults)
 
 
 def check_pose(

@@ -3,10 +3,12 @@
 import json
 import os
 from pathlib import Path
+from types import ModuleType
 
 import numpy as np
 import pytest
 
+from eyehand.apps import grasp_command, perceive
 from eyehand.apps.main import main
 from eyehand.perception import CameraIntrinsics, DepthFrame, write_frame
 
@@ -76,6 +78,22 @@ def test_frame_that_shows_no_scene_is_refused(
         assert message in line
         assert "a" in line
     assert not (out / "scene.json").exists()
+
+
+@pytest.mark.parametrize("command", [perceive, grasp_command], ids=["perceive", "grasp"])
+def test_constant_image_is_refused_before_the_kernels_load(
+    command: ModuleType,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.setattr(command, "load_kernels", lambda: pytest.fail("the kernels were loaded"))
+    path = archive(tmp_path / "a.npz", np.ones(SHAPE))
+    options = ("--hand", "panda") if command is grasp_command else ()
+    name = "grasp" if command is grasp_command else "perceive"
+    line = refused(name, path, *options, "--out", tmp_path / "out", capsys=capsys)
+    assert "all readings are 1.000 m" in line
+    assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.parametrize(
