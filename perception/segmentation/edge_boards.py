@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from .result import SupportPlane
 from .support_extent import Support
+from .walls import MAX_BOARD, MIN_BOARD_HEIGHT, is_board
 
 DEPTH = 0.35
 """Assumed depth of a board behind its front edge, m."""
@@ -14,6 +15,11 @@ OUTLIERS = 0.02
 """Share of the readings of an edge beyond each of its ends."""
 FRONT = 0.02
 """Distance before the edge up to which the foot of an object may stand, m."""
+
+MIN_STRIP = 0.1
+"""Minimum length of a piece of a board, m. Shorter ones may be objects on a hidden board."""
+MAX_STEP = 0.01
+"""Maximum difference in height between pieces of one board, m."""
 
 
 def edge_board(points: NDArray[np.float64], supports: list[Support]) -> Support:
@@ -46,3 +52,46 @@ def edge_board(points: NDArray[np.float64], supports: list[Support]) -> Support:
     plane = SupportPlane(first.plane.normal, first.plane.offset - top, first.plane.tolerance)
     depth = float(np.median(points[:, 2]))
     return Support(plane, hull, first.axes, depth, score=0.0)
+
+
+def divided_boards(
+    regions: list[NDArray[np.float64]], supports: list[Support]
+) -> list[NDArray[np.float64]]:
+    """Return the heights (2,) of boards whose front edge several regions show together.
+
+    Noise and objects divide a board that is seen at a grazing angle into pieces. Pieces are low and
+    long, lie at one height, and not right above a known support.
+
+    Parameters
+    ----------
+    regions
+        Readings of each region (N, 3), m, camera frame.
+    supports
+        The supports. Heights are along the normal of the first one, from the camera, m.
+    """
+    strips = [points for points in regions if supports and _is_strip(points, supports)]
+    found: list[NDArray[np.float64]] = []
+    while len(strips) > 1:
+        heights = [float(np.median(points @ supports[0].plane.normal)) for points in strips]
+        near = [abs(height - heights[0]) <= MAX_STEP for height in heights]
+        board = np.concatenate([strip for strip, one in zip(strips, near, strict=True) if one])
+        if sum(near) > 1 and any(is_board(board, support) for support in supports):
+            ends = [OUTLIERS, 1 - OUTLIERS]
+            found.append(np.quantile(board @ supports[0].plane.normal, ends))
+        strips = [strip for strip, one in zip(strips, near, strict=True) if not one]
+    return found
+
+
+def _is_strip(points: NDArray[np.float64], supports: list[Support]) -> bool:
+    """Return whether a region is low, long, and not right above a support."""
+    first = supports[0]
+    if not len(points) or np.linalg.norm(np.ptp(points @ first.axes.T, axis=0)) < MIN_STRIP:
+        return False
+    # Sorting is faster than a quantile.
+    heights = np.sort(first.plane.height(points))
+    skipped = round(OUTLIERS * (len(heights) - 1))
+    low, high = heights[skipped], heights[-1 - skipped]
+    above = [low + one.plane.offset - first.plane.offset for one in supports]
+    return bool(high - low <= MAX_BOARD) and all(
+        height >= MIN_BOARD_HEIGHT or height < -MAX_STEP for height in above
+    )

@@ -10,7 +10,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from .above_support import BOARD, OVERHANG
-from .edge_boards import edge_board
+from .edge_boards import divided_boards, edge_board
 from .hull_depth import depth_in_hull
 from .label_pixels import count_labels, pixels_by_label, renumber_labels
 from .median import median
@@ -119,6 +119,7 @@ def select_objects(
         regions.append(_Region(*sample_region(pixels, image.disparity, image.pinhole)))
     boards: list[NDArray[np.float64]] = []
     edges = [_find_board(region.points, supports, boards) for region in regions]
+    boards += divided_boards([region.points for region in regions], supports)
     floors = [support for support in supports if is_floor(support, supports[0])]
     work = [support for support in supports if all(support is not one for one in floors)]
     work += [edge for edge in edges if edge is not None]

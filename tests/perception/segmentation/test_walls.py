@@ -5,6 +5,7 @@ import pytest
 from synthetic_solids import CAMERA_HEIGHT, TABLE_AXES
 
 from eyehand.perception.segmentation import SupportPlane
+from eyehand.perception.segmentation.edge_boards import divided_boards
 from eyehand.perception.segmentation.support_extent import Support
 from eyehand.perception.segmentation.walls import MAX_BEHIND, MIN_LENGTH, is_board, is_side, is_wall
 
@@ -86,3 +87,14 @@ def board(length, height, low):
 )
 def test_board_above_a_support(length, height, low, expected):
     assert is_board(board(length, height, low), table_support()) is expected
+
+
+def test_pieces_at_one_height_are_a_divided_board():
+    table, aside = table_support(), np.array([0.2, 0.0, 0.0]) @ TABLE_AXES
+    pieces = [board(0.2, 0.02, 0.25) - aside, board(0.2, 0.02, 0.25) + aside]
+    assert not any(is_board(piece, table) for piece in pieces)
+    (heights,) = divided_boards(pieces, [table])
+    assert heights + CAMERA_HEIGHT == pytest.approx([0.25, 0.27], abs=1e-6)
+    assert divided_boards([pieces[0], board(0.2, 0.02, 0.3) + aside], [table]) == []
+    shelf = table._replace(plane=SupportPlane(TABLE_AXES[2], CAMERA_HEIGHT - 0.24))
+    assert divided_boards(pieces, [table, shelf]) == []
