@@ -19,7 +19,7 @@ from .jaw_force import closing_force
 from .jaw_motion import MAX_DRIVES, JawMotion, between_jaws, jaw_motion, opposed_pads
 from .jaw_postures import JawPostures, jaw_postures
 from .links import Links, couplings, find_branches, find_palm, root_body
-from .pad_turn import middle_shift
+from .pad_turn import closed_distance, middle_shift
 from .pinch import pinch_motion
 from .posing import Posing, find_drives
 from .read_model import read_model
@@ -34,8 +34,9 @@ BETWEEN = 9
 """Positions that are listed for a joint that does not move linearly with the opening."""
 MIN_TURN = math.radians(3.0)
 """Turn of the pads that is reported."""
-MIN_SHIFT = 3e-3
-"""Shift of the middle between the pads that is reported, m: the usual error of calibration."""
+MIN_BESIDE, MIN_SHIFT = 3e-3, 3e-3
+"""Distance of the closed pads beyond their gap, and shift of their middle, that are reported, m.
+The usual error of calibration is as large."""
 
 
 @dataclass(frozen=True)
@@ -150,8 +151,8 @@ def _described(
     remarks = [*assumed]
     force = choices.force
     if force is None:
-        force, remark = closing_force(motion, pinch=bool(pinch))
-        remarks += [remark] if remark else []
+        force, *said = closing_force(motion, pinch=bool(pinch))
+        remarks += filter(None, said)
     if pinch:
         remarks.append(
             f"a hand of several fingers: {pinch} are used as two jaws, the other fingers are bent"
@@ -161,6 +162,12 @@ def _described(
         remarks.append(
             f"the pads turn by {math.degrees(turn):.0f}° while they close; the opening is that of "
             "the narrowest place"
+        )
+    apart = closed_distance(motion)
+    if apart > gaps[-1] + MIN_BESIDE:
+        remarks.append(
+            f"the closed pads are {1e3 * apart:.0f} mm apart, but {1e3 * gaps[-1]:.0f} mm along x: "
+            "they may pass beside each other, or the file is wrong; look at the picture"
         )
     shift = middle_shift(motion)
     if np.hypot(*shift) > MIN_SHIFT:

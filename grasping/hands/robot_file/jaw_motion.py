@@ -35,6 +35,8 @@ MAX_CUTS = 3
 """Maximum number of times that the end of the path is corrected."""
 MAX_OVERLAP = 2e-4
 """Overlap of the closed pads that counts as touching, m."""
+MIN_PAD = 5e-4
+"""Least width and height of pads, m."""
 MAX_DRIVES = 4
 """Maximum number of joints without a common drive. More are a hand of several fingers."""
 
@@ -278,7 +280,7 @@ def opposed_pads(motion: JawMotion) -> tuple[float, float, float]:
     extents = [motion.pad_extent(side, len(motion.path) - 1) for side in (0, 1)]
     low, high = max(e[0] for e in extents), min(e[1] for e in extents)
     height = float(motion.tips[-1]) - max(e[2] for e in extents)
-    if high <= low or height <= 0:
+    if high - low < MIN_PAD or height < MIN_PAD:
         beside = f" and lie {1e3 * (low - high):.0f} mm beside each other" if high < low else ""
         raise InputError(
             "no gripper is found: the pads of the jaws do not oppose each other"

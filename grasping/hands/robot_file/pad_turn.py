@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from .read_model import load_mujoco
 from .shapes import clipped, clipped_box
 
 if TYPE_CHECKING:
@@ -32,6 +33,22 @@ def pad_turn(motion: JawMotion) -> float:
     """Return by how much the pads turn while they close, rad."""
     first, last = _pad_frames(motion, (0, len(motion.path) - 1))
     return _angle(first, last)
+
+
+def closed_distance(motion: JawMotion) -> float:
+    """Return the least distance between the hulls of both jaws' pads in the closed posture, m.
+
+    It is at most the last of `gaps`, unless the pads pass beside each other.
+    """
+    mujoco = load_mujoco()
+    posing = motion.shapes.posing
+    motion.posed(len(motion.path) - 1)
+    sides = [[g for link in pad for g in motion.shapes.link_geoms[link]] for pad in motion.pads]
+    sides += [motion.shapes.fixed_geoms] if len(sides) == 1 else []
+    return min(
+        mujoco.mj_geomDistance(posing.model, posing.data, one, other, 1.0, None)
+        for one, other in itertools.product(*sides)
+    )
 
 
 def middle_shift(motion: JawMotion) -> NDArray[np.float64]:

@@ -166,3 +166,21 @@ def test_arm_without_gripper_is_said_to_be_one(tmp_path, joint, message):
     )
     with pytest.raises(InputError, match=f"no gripper is found: .*{message}"):
         describe_hand(path)
+
+
+def test_pads_that_pass_beside_each_other_are_reported(tmp_path):
+    jaw = (
+        '<body name="{side}" pos="{x} 0 0"><joint type="slide" axis="{x} 0 0" range="0 .03"/>'
+        '<geom type="box" size=".005 .01 .03" pos="0 0 .03"/>'
+        '<geom type="box" size=".01 .01 .004" pos="{inside} 0 {z}"/></body>'
+    )
+    jaws = [("left", -0.025, 0.015, 0.055), ("right", 0.025, -0.015, 0.04)]
+    bodies = "".join(jaw.format(side=s, x=x, inside=inside, z=z) for s, x, inside, z in jaws)
+    palm = f'<body><geom type="box" size=".06 .02 .01"/>{bodies}</body>'
+    text = f"<mujoco><worldbody>{palm}</worldbody></mujoco>"
+    for nubs, said in ((text, True), (text.replace("0 0.04", "0 0.055"), False)):
+        path = tmp_path / "jaws.xml"
+        path.write_text(nubs)
+        found = describe_hand(path)
+        assert found.hand.stroke == pytest.approx(0.06)
+        assert any("closed pads are 7 mm apart" in one for one in found.remarks) == said
