@@ -19,7 +19,7 @@ from .jaw_force import closing_force
 from .jaw_motion import MAX_DRIVES, JawMotion, between_jaws, jaw_motion, opposed_pads
 from .jaw_postures import JawPostures, jaw_postures
 from .links import Links, couplings, find_branches, find_palm, root_body
-from .pad_turn import closed_distance, middle_shift
+from .pad_turn import middle_shift, motion_remarks
 from .pinch import pinch_motion
 from .posing import Posing, find_drives
 from .read_model import read_model
@@ -32,11 +32,6 @@ MIN_SPAN = 0.01
 """Least motion of a joint whose curve is listed, m or rad."""
 BETWEEN = 9
 """Positions that are listed for a joint that does not move linearly with the opening."""
-MIN_TURN = math.radians(3.0)
-"""Turn of the pads that is reported."""
-MIN_BESIDE, MIN_SHIFT = 3e-3, 3e-3
-"""Distance of the closed pads beyond their gap, and shift of their middle, that are reported, m.
-The usual error of calibration is as large."""
 
 
 @dataclass(frozen=True)
@@ -157,24 +152,8 @@ def _described(
         remarks.append(
             f"a hand of several fingers: {pinch} are used as two jaws, the other fingers are bent"
         )
-    turn = _turned(motion)
-    if turn > MIN_TURN:
-        remarks.append(
-            f"the pads turn by {math.degrees(turn):.0f}° while they close; the opening is that of "
-            "the narrowest place"
-        )
-    apart = closed_distance(motion)
-    if apart > gaps[-1] + MIN_BESIDE:
-        remarks.append(
-            f"the closed pads are {1e3 * apart:.0f} mm apart, but {1e3 * gaps[-1]:.0f} mm along x: "
-            "they may pass beside each other, or the file is wrong; look at the picture"
-        )
     shift = middle_shift(motion)
-    if np.hypot(*shift) > MIN_SHIFT:
-        remarks.append(
-            f"the middle between the pads moves by {1e3 * shift[0]:.0f} mm along x and "
-            f"{1e3 * shift[1]:.0f} mm along y while they open"
-        )
+    remarks += motion_remarks(motion, shift)
     postures = jaw_postures(motion, origin)
     palm = _hand_boxes(palm_boxes(motion, origin))
     depth = _depth(motion, pad_low, pad_high, palm)
@@ -232,16 +211,6 @@ def _depth(motion: JawMotion, low: float, high: float, palm: Sequence[HandBox]) 
 def _finger_base(motion: JawMotion, posture: int) -> float:
     motion.posed(posture)
     return float(motion.of_links(motion.pads[0])[:, :, 2].min())
-
-
-def _turned(motion: JawMotion) -> float:
-    """Return the angle by which a pad turns from open to closed, rad."""
-    data, link = motion.shapes.posing.data, motion.pads[0][0]
-    frames = []
-    for posture in (0, len(motion.path) - 1):
-        motion.posed(posture)
-        frames.append(data.xmat[link].reshape(3, 3).copy())
-    return float(np.arccos(np.clip(0.5 * (np.trace(frames[0].T @ frames[1]) - 1.0), -1.0, 1.0)))
 
 
 def _tool_pose(postures: JawPostures) -> ToolPose:

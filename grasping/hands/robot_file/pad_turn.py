@@ -23,6 +23,9 @@ MAX_WEDGE = np.deg2rad(45.0)
 angle of friction, 22° at a coefficient of 0.4."""
 MIN_TURN = np.deg2rad(1.0)
 """Turn below which pads count as parallel in all postures."""
+REPORTED_TURN, REPORTED_LENGTH = np.deg2rad(3.0), 3e-3
+"""Turn of the pads, distance beyond their gap and shift of their middle that are reported, rad and
+m. The usual error of calibration is as large."""
 PROFILE = (0.4, 0.05)
 """Part of the finger in which the face of its pad is measured, as shares from the tip."""
 MAX_UNEVEN = 2e-3
@@ -35,7 +38,34 @@ def pad_turn(motion: JawMotion) -> float:
     return _angle(first, last)
 
 
-def closed_distance(motion: JawMotion) -> float:
+def motion_remarks(motion: JawMotion, shift: NDArray[np.float64]) -> list[str]:
+    """Return what a user should know about the motion of the pads, one line each.
+
+    ``shift`` is that of :func:`middle_shift`.
+    """
+    remarks = []
+    first, last = _pad_frames(motion, (0, len(motion.path) - 1))
+    turn = _angle(first[:1], last[:1])
+    if turn > REPORTED_TURN:
+        remarks.append(
+            f"the pads turn by {np.rad2deg(turn):.0f}° while they close; the opening is that of "
+            "the narrowest place"
+        )
+    apart, gap = _closed_distance(motion), max(float(motion.gaps[-1]), 0.0)
+    if apart > gap + REPORTED_LENGTH:
+        remarks.append(
+            f"the closed pads are {1e3 * apart:.0f} mm apart, but {1e3 * gap:.0f} mm along x: "
+            "they may pass beside each other, or the file is wrong; look at the picture"
+        )
+    if np.hypot(*shift) > REPORTED_LENGTH:
+        remarks.append(
+            f"the middle between the pads moves by {1e3 * shift[0]:.0f} mm along x and "
+            f"{1e3 * shift[1]:.0f} mm along y while they open"
+        )
+    return remarks
+
+
+def _closed_distance(motion: JawMotion) -> float:
     """Return the least distance between the hulls of both jaws' pads in the closed posture, m.
 
     It is at most the last of `gaps`, unless the pads pass beside each other.
