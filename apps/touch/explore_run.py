@@ -28,7 +28,7 @@ from eyehand.tactile import (
 
 from .arm_rig import CYCLE, ArmRig, PadArm, RigOptions, SensorName, home_pose
 from .commissioning import commissioned
-from .felt_points import felt_points
+from .felt_points import felt_points, friction_shift
 from .press_bench import pressed_decoder
 from .start_posture import facing_down, start_posture
 
@@ -177,7 +177,7 @@ def _scan(
     filtered, still = MemoryFilter(memory), np.zeros(6)
     points, blurred = [np.zeros((0, 3))], [np.zeros((0, 3))]
     path, forces, tilt, lowest = [], [], 0.0, np.inf
-    cycle, force = 0, FORCE
+    cycle, force, shift = 0, FORCE, np.zeros(2)
     while rig.time < LANDING_SECONDS + seconds and phases.phase != "ended":
         travelled = max(rig.time - LANDING_SECONDS, 0.0) * speed
         guide = _guide(
@@ -189,6 +189,8 @@ def _scan(
         if felt:
             force += EASE * (_goal_force(hand, felt) - force)
             servo.goal = ServoGoal(force=force)
+            normal, lever = max(felt.force, MIN_FORCE), servo.options.shear_lever
+            shift = friction_shift(shift, hand.side_force, normal, lever)
         servo.side_force = hand.side_force
         step = phases.step(felt, CYCLE, external=guide, measured=hand.twist)
         twists = [step.twist if k == number else still for k in range(len(arms))]
@@ -202,7 +204,7 @@ def _scan(
             path.append(pose.translation - origin)
             for sharpen, found in ((True, points), (False, blurred)):
                 felt_here = felt_points(image, decoder, sharpen, saturated)
-                found.append(pose.apply(felt_here) - origin)
+                found.append(pose.apply(felt_here - [*shift, 0.0]) - origin)
             tilt = max(tilt, _tilt(pose.rotation.as_matrix()))
             lowest = min(lowest, float((pose.apply(_RIM) - origin)[:, 2].min()))
     return _PadScan(

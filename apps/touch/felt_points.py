@@ -13,6 +13,12 @@ come from the foam's spread, and its noise would appear as a spike."""
 MIN_SHARE = 0.75
 """Minimum pressure of a cell as a fraction of the maximum in its neighbourhood. Cells beside a
 narrow imprint measure the foam's spread and not the surface."""
+MIN_POINTS = 2
+"""Minimum number of points of an image. A single one is noise of a pad in the air."""
+SHIFT_SHARE = 0.1
+"""Share of a new shift by friction that is followed in a cycle. The wrist's force is noisy."""
+MAX_FRICTION = 1.0
+"""Maximum ratio of tangential to normal force. At a light touch the ratio is noise."""
 
 
 def felt_points(
@@ -59,11 +65,32 @@ def felt_points(
     total = np.maximum(windows.sum(axis=0), MIN_PRESSURE)
     across, down = ((windows * _windows(axis)).sum(axis=0) / total for axis in np.meshgrid(x, y))
     points = np.column_stack([across[felt], down[felt], -decoder.depth(image[felt])])
-    if unknown is None or not unknown.any():
-        return points
-    pitch = decoder.array.area**0.5
-    apart = np.abs(points[:, None, :2] - decoder.array.positions[unknown, :2]).max(axis=2)
-    return points[apart.min(axis=1) > pitch]
+    if unknown is not None and unknown.any():
+        pitch = decoder.array.area**0.5
+        apart = np.abs(points[:, None, :2] - decoder.array.positions[unknown, :2]).max(axis=2)
+        points = points[apart.min(axis=1) > pitch]
+    return points if len(points) >= MIN_POINTS else points[:0]
+
+
+def friction_shift(
+    shift: NDArray[np.float64], side_force: NDArray[np.float64], force: float, lever: float
+) -> NDArray[np.float64]:
+    """Follow the shift of the image by friction, (2,), m: h Ft / Fn for foam of height h.
+
+    Parameters
+    ----------
+    shift
+        Shift in the cycle before, (2,), m.
+    side_force
+        Tangential force on the pad, (2,), N.
+    force
+        Normal force, N, > 0.
+    lever
+        Height of the foam, m; 0 if friction does not move the image.
+    """
+    ratio = side_force / force
+    ratio /= max(float(np.linalg.norm(ratio)), MAX_FRICTION) / MAX_FRICTION
+    return shift + SHIFT_SHARE * (lever * ratio - shift)
 
 
 def _windows(values: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -7,7 +7,7 @@ import pytest
 from scipy.stats import norm
 
 from eyehand.apps.touch.explore_truth import height_map, on_ridges, reachable_surface
-from eyehand.apps.touch.felt_points import felt_points
+from eyehand.apps.touch.felt_points import felt_points, friction_shift
 from eyehand.apps.touch.press_bench import pressed_decoder
 from eyehand.data_synth.pad import Foam, Part, TouchObject, surface_distance, unknown_object
 from eyehand.data_synth.pad.tactel_spread import POINT_SPREAD_M
@@ -134,6 +134,24 @@ def test_no_points_are_felt_at_saturated_tactels(decoder):
     lowest = decoder.array.positions[~unknown, 1].min()
     assert len(found) > 100
     assert found[:, 1].min() > lowest
+
+
+def test_single_cell_is_no_point(decoder, monkeypatch):
+    image = np.zeros((decoder.cells[1].size, decoder.cells[0].size))
+    monkeypatch.setattr(PressDecoder, "deconvolve", lambda self, pressures: image)
+    image[12, 12] = 1000.0
+    assert len(felt_points(np.zeros(256), decoder)) == 0
+    image[12, 13] = 1000.0
+    assert len(felt_points(np.zeros(256), decoder)) == 2
+
+
+def test_shift_by_friction_tends_to_the_lever_times_the_ratio_of_forces():
+    shift, side = np.zeros(2), np.array([0.6, -0.3])
+    for _ in range(60):
+        shift = friction_shift(shift, side, 1.5, 0.004)
+    assert shift == pytest.approx([0.0016, -0.0008], rel=0.01)
+    assert friction_shift(np.zeros(2), side, 1.5, 0.0) == pytest.approx(0.0)
+    assert np.linalg.norm(friction_shift(np.zeros(2), side, 0.001, 0.004)) <= 0.004
 
 
 def test_felt_points_is_empty_without_contact(decoder):
