@@ -83,7 +83,8 @@ class ContactSensor:
         Raises
         ------
         InputError
-            If readings change meanwhile, or images do not belong to the sensor's description.
+            If readings change meanwhile or show a load, or images do not belong to the sensor's
+            description.
         DeviceError
             If images do not arrive.
         """

@@ -16,6 +16,10 @@ MAX_MOVING_SHARE = 0.1
 """Maximum share of tactels whose reading may change while the sensor is zeroed."""
 MOVING_SIGMAS = 6.0
 """Deviation from its mean, in standard deviations of the noise, at which a reading changes."""
+MAX_REST_CHANGE = 300.0
+"""Maximum difference between the readings at rest and those of the calibration, counts of a 12-bit
+converter. The harshest sensor model drifts by 6 counts per minute with a spread of 50 %: three
+standard deviations are 15. Ten minutes of warming up give 150 counts; this is twice as much."""
 FREE_SIGMAS = 4.0
 """Deviation from rest, in standard deviations of the noise, below which a tactel is untouched."""
 TRACK_TIME = 5.0
@@ -43,7 +47,8 @@ class RestTracker:
         self._rest, self._noise = calibration.rest, calibration.noise.copy()
         self._limits, self._dead = calibration.limits, calibration.dead
         self._top = 2**calibration.bits - 1
-        self._max_rate = MAX_DRIFT_RATE * 2.0 ** (calibration.bits - 12)
+        scale = 2.0 ** (calibration.bits - 12)
+        self._max_rate, self._max_change = MAX_DRIFT_RATE * scale, MAX_REST_CHANGE * scale
         self.offsets: NDArray[np.float64] = np.zeros(len(self._rest))
         """Present drift of each tactel since its calibration, (N,), counts."""
         self._corrected = np.zeros(len(self._rest), np.uint16)
@@ -57,7 +62,8 @@ class RestTracker:
         Raises
         ------
         InputError
-            If there are fewer than 20 images, or readings of many tactels change meanwhile.
+            If there are fewer than 20 images, readings of many tactels change meanwhile, or a
+            reading differs from the calibration by more than drift explains.
         """
         if raws.ndim != 2 or raws.shape[1] != len(self._rest) or len(raws) < MIN_IMAGES:
             raise InputError(
@@ -77,7 +83,21 @@ class RestTracker:
                 f"readings of {100 * moving:.0f} % of the tactels change while the sensor is "
                 f"zeroed, at most {100 * MAX_MOVING_SHARE:.0f} % may; keep it free of contact"
             )
+        self._check_free(means)
         self.offsets[:] = np.where(self._dead, 0.0, means - self._rest)
+
+    def _check_free(self, means: NDArray[np.float64]) -> None:
+        """Check that the mean readings (N,) are those of a free pad, apart from drift."""
+        # Readings that are dead or at full scale are faults. `correct` leaves them visible.
+        read = ~self._dead & (means >= self._limits[:, 0]) & (means < self._top)
+        change = np.where(read, abs(means - self._rest), 0.0)
+        worst = int(change.argmax())
+        if change[worst] > self._max_change:
+            raise InputError(
+                f"zeroing needs a free pad: tactel {worst} reads {means[worst]:.0f} counts, "
+                f"{self._rest[worst]:.0f} when it was calibrated, and drift explains at most "
+                f"{self._max_change:.0f}; free the pad, or calibrate it again"
+            )
 
     def correct(self, raw: NDArray[np.uint16], dt: float) -> NDArray[np.uint16]:
         """Return the readings (N,) without drift, and follow the drift by one image.

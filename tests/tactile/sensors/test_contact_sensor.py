@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from eyehand.data_synth.pad import SENSORS
 from eyehand.errors import DeviceError, InputError
 from eyehand.tactile import ServoGoal, TactileArray, TactileServo, TouchPhases, calibrate
 from eyehand.tactile.sensors import ContactSensor, RestTracker, SensorInfo, TactileFrame
@@ -130,6 +131,31 @@ def test_zeroing_removes_an_offset_and_refuses_contact_that_moves():
     raw = rests[0].copy()
     raw[:2] = 0, 4095
     assert tracker.correct(raw, DT)[:2].tolist() == [0, 4095]
+
+
+def test_zeroing_refuses_a_steady_load():
+    sensor = WorldSensor(box())
+    contact = ContactSensor(sensor, CALIBRATION)
+    sensor.world.position[2] = 0.0005
+    before = contact.read(DT).features.force
+    with pytest.raises(InputError, match=r"tactel \d+ reads .* at most 300; free the pad"):
+        contact.zero()
+    assert contact.read(DT).features.force == pytest.approx(before, rel=0.05)
+    sensor.world.position[2] = -0.005
+    contact.zero()
+    sensor.world.position[2] = 0.0005
+    assert contact.read(DT).features.force == pytest.approx(before, rel=0.05)
+
+
+def test_zeroing_accepts_ten_minutes_of_drift_and_faulty_tactels():
+    rng = np.random.default_rng(0)
+    drift = 10.0 * SENSORS["harsh"].drift * (1.0 + 0.5 * rng.standard_normal(256))
+    rests = np.array([PAD.raw(np.zeros(256), rng) for _ in range(50)])
+    rests += np.maximum(drift, 0.0).astype(np.uint16)
+    rests[:, :2] = 0, 4095
+    tracker = RestTracker(CALIBRATION)
+    tracker.zero(rests)
+    assert np.median(tracker.offsets) == pytest.approx(60.0, abs=10.0)
 
 
 def test_zeroing_a_silent_sensor_is_a_device_error():
