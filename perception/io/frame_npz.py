@@ -15,11 +15,12 @@ from ..frame import CameraIntrinsics, DepthFrame
 from .depth_units import MM_PER_M, metres_from_units
 from .input_file import naming
 from .intrinsics import CameraFile, intrinsics_from_matrix, read_camera_file
-from .npz import read_arrays
+from .misspelt_keys import refuse_misspelt_keys
+from .npz import array_names, read_arrays
 from .pose_json import pose_from_matrix
 
 KEYS = ("depth", "depth_scale_m", "intrinsics", "K", "colour", "rgb", "T_world_camera")
-"""Arrays of a frame archive. Other arrays are ignored."""
+"""Arrays of a frame archive. Other arrays are ignored, except a misspelt `T_world_camera`."""
 
 SCALE_TOLERANCE = 1e-6
 """Maximum relative difference between two depth units that counts as rounding."""
@@ -36,7 +37,8 @@ def read_npz_frame(
     Raises
     ------
     InputError
-        If there is no depth, camera or unit, or a value cannot be used.
+        If there is no depth, camera or unit, a value cannot be used, or `T_world_camera` is
+        misspelt.
     """
     arrays = read_arrays(path, KEYS)
     with naming(path):
@@ -48,6 +50,7 @@ def read_npz_frame(
                 f"depth is {depth.shape} {depth.dtype}, expected (H, W) float in metres or "
                 "integer with depth_scale_m"
             )
+        refuse_misspelt_keys(array_names(path), ("T_world_camera",))
     height, width = depth.shape
     if camera is None and not arrays.keys() & {"intrinsics", "K"}:
         camera = find_camera(path)

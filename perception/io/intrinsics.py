@@ -17,6 +17,7 @@ from eyehand.errors import InputError
 from ..frame import CameraIntrinsics
 from .atomic_write import atomic_write
 from .input_file import is_file, naming, read_bytes
+from .misspelt_keys import refuse_misspelt_keys
 from .pose_json import number_from_json, numbers_from_json, pose_from_json, pose_to_json
 
 CAMERA_NAMES = ("camera.json", "intrinsics.json", "scene_camera.json")
@@ -29,6 +30,8 @@ CAMERA_FORMS = (
     "or BOP's {cam_K: 9 row-major, depth_scale} alone or keyed by image number"
 )
 """The accepted JSON forms, as error messages list them."""
+OPTIONAL_KEYS = ("depth_scale_mm", "T_world_camera", "colour")
+"""Optional keys of a camera file. A misspelt one must not count as missing."""
 
 
 @dataclass(frozen=True)
@@ -64,8 +67,8 @@ def read_intrinsics(path: Path | str, width: int, height: int) -> CameraIntrinsi
     Raises
     ------
     InputError
-        If the file is missing, not JSON, of no known form, for another image size, or its values
-        make no pinhole camera.
+        If the file is missing, not JSON, of no known form, for another image size, its values
+        make no pinhole camera, or a key is misspelt.
     """
     return read_camera_file(path, width, height).intrinsics
 
@@ -200,6 +203,8 @@ def _camera_from_json(content: dict[str, Any], width: int, height: int, stem: st
     else:
         keys = ", ".join(list(content)[:8]) or "no keys"
         raise InputError(f"has {keys}, expected {CAMERA_FORMS}")
+    # BOP's depth_scale resembles depth_scale_mm, and is no error.
+    refuse_misspelt_keys(content.keys() - {"depth_scale"}, OPTIONAL_KEYS)
     return CameraFile(
         intrinsics, _depth_scale_mm(content), _world_pose(content), _colour_name(content)
     )

@@ -51,6 +51,12 @@ def read_arrays(path: Path | str, names: Sequence[str]) -> dict[str, NDArray]:
     return arrays
 
 
+def array_names(path: Path | str) -> list[str]:
+    """Return the names of all arrays of an `.npz` archive that `read_arrays` can read."""
+    with zipfile.ZipFile(path) as archive:
+        return [name.removesuffix(".npy") for name in archive.namelist()]
+
+
 def _check_sizes(path: Path | str, archive: np.lib.npyio.NpzFile, names: Sequence[str]) -> None:
     """Reject arrays that are too large. zipfile never unpacks more than the size declared here."""
     held = [] if archive.zip is None else archive.zip.infolist()

@@ -12,6 +12,9 @@ from eyehand.errors import InputError
 
 ROTATION_TOLERANCE = 1e-3
 """Maximum deviation of a rotation from orthonormal. It covers poses with four digits."""
+MAX_DISTANCE_M = 100.0
+"""Maximum distance of a pose from the origin, m. No robot cell is that large. A larger distance
+means a translation in mm."""
 
 
 def pose_from_matrix(matrix: NDArray, name: str) -> RigidTransform:
@@ -30,8 +33,8 @@ def pose_from_matrix(matrix: NDArray, name: str) -> RigidTransform:
     Raises
     ------
     InputError
-        If the matrix is not a finite (4, 4) matrix, its last row is not 0, 0, 0, 1, or its rotation
-        is scaled, sheared or mirrored.
+        If the matrix is not a finite (4, 4) matrix, its last row is not 0, 0, 0, 1, its rotation
+        is scaled, sheared or mirrored, or its translation is longer than 100 m.
     """
     if matrix.shape != (4, 4) or matrix.dtype.kind not in "fiu":
         raise InputError(
@@ -49,6 +52,7 @@ def pose_from_matrix(matrix: NDArray, name: str) -> RigidTransform:
             f"{name} does not hold a rotation (R Rᵀ is {error:.3g} from the identity, "
             f"determinant {np.linalg.det(rotation):.3g}, expected 1)"
         )
+    _check_distance(matrix[:3, 3], name)
     return RigidTransform.from_matrix(matrix)
 
 
@@ -61,7 +65,7 @@ def pose_from_json(value: Any, name: str) -> RigidTransform:
     ------
     InputError
         If the form is different, a value is not a finite number, the quaternion is not of unit
-        length, or the matrix is no rigid pose.
+        length, the matrix is no rigid pose, or the translation is longer than 100 m.
     """
     if isinstance(value, list) and len(value) == 4:
         rows = [numbers_from_json(row, 4, f"{name}[{i}]") for i, row in enumerate(value)]
@@ -76,6 +80,7 @@ def pose_from_json(value: Any, name: str) -> RigidTransform:
     norm = float(np.linalg.norm(quaternion))
     if not abs(norm - 1.0) <= ROTATION_TOLERANCE:
         raise InputError(f"{name}.quat_wxyz has length {norm:.4g}, expected 1")
+    _check_distance(translation, name)
     return RigidTransform.from_components(
         translation, Rotation.from_quat(quaternion, scalar_first=True)
     )
@@ -87,6 +92,15 @@ def pose_to_json(pose: RigidTransform) -> dict[str, list[float]]:
         "quat_wxyz": pose.rotation.as_quat(canonical=True, scalar_first=True).tolist(),
         "translation_m": pose.translation.tolist(),
     }
+
+
+def _check_distance(translation: NDArray[np.float64], name: str) -> None:
+    distance = float(np.linalg.norm(translation))
+    if distance > MAX_DISTANCE_M:
+        raise InputError(
+            f"{name} is {distance:.0f} m from the origin, at most {MAX_DISTANCE_M:g} m is "
+            "expected: its translation is probably in mm, write it in m"
+        )
 
 
 def numbers_from_json(value: Any, count: int, name: str) -> NDArray[np.float64]:

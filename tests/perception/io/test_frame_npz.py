@@ -124,3 +124,10 @@ def test_conflicting_scales_are_rejected(tmp_path: Path) -> None:
         _read(tmp_path, camera, depth=RAW, depth_scale_m=0.001)
     agreeing = write_intrinsics(tmp_path / "l.json", K, depth_scale_mm=1.0)
     assert _read(tmp_path, agreeing, depth=RAW, depth_scale_m=0.001).depth[0, 0] == np.float32(0.7)
+
+
+def test_misspelt_pose_is_rejected_and_other_arrays_are_ignored(tmp_path: Path) -> None:
+    matrix = POSE.as_matrix()
+    with pytest.raises(InputError, match="T_world_cam: did you mean T_world_camera"):
+        _read(tmp_path, depth=DEPTH, intrinsics=PINHOLE, T_world_cam=matrix)
+    assert _read(tmp_path, depth=DEPTH, intrinsics=PINHOLE, color=DEPTH).colour is None

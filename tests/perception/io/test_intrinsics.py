@@ -183,3 +183,23 @@ def test_camera_file_named_like_image_has_precedence(tmp_path: Path) -> None:
     for name in (*reversed(CAMERA_NAMES), "depth.json"):
         (tmp_path / name).touch()
         assert find_camera_file(image) == tmp_path / name
+
+
+@pytest.mark.parametrize(
+    ("key", "meant"),
+    [
+        ("T_world_cam", "T_world_camera"),
+        ("depth_scale_m", "depth_scale_mm"),
+        ("color", "colour"),
+    ],
+)
+def test_misspelt_optional_key_is_rejected(tmp_path: Path, key: str, meant: str) -> None:
+    for content in (FLAT | {key: 1}, {"7": BOP | {key: 1}}):
+        path = _write(tmp_path, content)
+        with pytest.raises(InputError, match=rf"camera.json: unknown key {key}: .* {meant}\?"):
+            read_camera_file(path, 640, 480)
+
+
+def test_other_unknown_keys_are_allowed(tmp_path: Path) -> None:
+    added = {"T_wrist_camera": 1, "distortion": [], "cam_R_w2c": ROW_MAJOR, "height_m": 0.8}
+    assert read_intrinsics(_write(tmp_path, FLAT | added), 640, 480) == K

@@ -49,6 +49,7 @@ def test_poses_round_trip_as_json_and_matrix(vector: list[float], translation: l
         (_identity_except(3, 0, 1.0), r"last row \[1.0, 0.0, 0.0, 1.0\], expected \[0, 0, 0, 1\]"),
         (_identity_except(0, 0, 1.1), "does not hold a rotation"),
         (_identity_except(2, 2, -1.0), "determinant -1, expected 1"),
+        (_identity_except(2, 3, 549.0), "T_world_camera is 549 m from .* probably in mm"),
     ],
 )
 def test_invalid_matrices_are_rejected(matrix: np.ndarray, message: str) -> None:
@@ -65,6 +66,7 @@ def test_invalid_matrices_are_rejected(matrix: np.ndarray, message: str) -> None
         ([[1, 0, 0, 0], [0, 1, 0], [0, 0, 1, 0], [0, 0, 0, 1]], r"camera\[1\] must be a list of 4"),
         ({"quat_xyzw": [0, 0, 0, 1], "translation_m": [0, 0, 0]}, "must be .*quat_wxyz"),
         ({"quat_wxyz": [2, 0, 0, 0], "translation_m": [0, 0, 0]}, "length 2, expected 1"),
+        ({"quat_wxyz": [1, 0, 0, 0], "translation_m": [0, 0, 549]}, "549 m from .* in mm"),
         ({"quat_wxyz": [1, 0, 0], "translation_m": [0, 0, 0]}, "list of 4 finite numbers"),
         ({"quat_wxyz": [1, 0, 0, 0], "translation_m": [0, 0, "a"]}, "list of 3 finite numbers"),
         ({"quat_wxyz": [1, 0, 0, 0], "translation_m": [0, 0, True]}, "list of 3 finite numbers"),

@@ -1,0 +1,44 @@
+"""Refuse keys of an input file that are probably misspelt."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable
+from difflib import get_close_matches
+
+from eyehand.errors import InputError
+
+MIN_SIMILARITY = 0.8
+"""Minimum similarity of a misspelt key, 0-1. `T_world_cam` has 0.88. `T_wrist_camera`, another pose
+than `T_world_camera`, has 0.79."""
+
+
+def refuse_misspelt_keys(keys: Collection[str], optional: Iterable[str]) -> None:
+    """Check that no key resembles an optional one that is missing.
+
+    Other unknown keys are allowed. A misspelt key that must be there is reported as missing.
+
+    Parameters
+    ----------
+    keys
+        The keys of the file.
+    optional
+        The optional keys that the reader knows.
+
+    Raises
+    ------
+    InputError
+        If a key is misspelt.
+
+    Examples
+    --------
+    >>> refuse_misspelt_keys(["fx", "T_wrist_camera"], ["T_world_camera"])
+    >>> refuse_misspelt_keys(["fx", "T_world_cam"], ["T_world_camera"])
+    Traceback (most recent call last):
+    eyehand.errors.base.InputError: unknown key T_world_cam: did you mean T_world_camera?
+    """
+    known = list(optional)
+    missing = [key for key in known if key not in keys]
+    for key in keys:
+        near = [] if key in known else get_close_matches(key, missing, 1, cutoff=MIN_SIMILARITY)
+        if near:
+            raise InputError(f"unknown key {key}: did you mean {near[0]}?")
