@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from eyehand.perception.segmentation import MAX_LEVEL_TILT
+
 if TYPE_CHECKING:
     from eyehand.perception import DepthFrame, Scene
 
@@ -14,10 +16,6 @@ if TYPE_CHECKING:
 MIN_VALID_SHARE = 0.4
 """Minimum share of pixels with a reading; 0.8 to 0.9 is usual. With fewer readings objects break
 into pieces too small to be separated from noise, and the table looks empty."""
-MAX_TILT = np.radians(3.0)
-"""Maximum angle between the perceived table and the horizontal plane, rad. The table is level, and
-its normal is estimated to 0.5°. A larger angle means a wrong camera pose, with errors of
-centimetres on the table."""
 MAX_HEIGHT_DIFFERENCE = 0.3
 """Maximum height difference of the perceived table and the tray's floor, m. A larger one belongs to
 another surface, such as the floor of the room."""
@@ -67,10 +65,10 @@ def validate_scene(frame: DepthFrame, scene: Scene, tray: Tray) -> str:
         if warning.kind in REFUSED_WARNINGS:
             return f"the scene is not reliable: {warning.message}"
     tilt = float(np.arccos(np.clip(support.normal @ UP, -1.0, 1.0)))
-    if tilt > MAX_TILT:
+    if tilt > MAX_LEVEL_TILT:
         return (
             f"the perceived table tilts by {np.degrees(tilt):.1f}°, more than "
-            f"{np.degrees(MAX_TILT):.0f}°: check the camera pose"
+            f"{np.degrees(MAX_LEVEL_TILT):.0f}°: check the camera pose"
         )
     offset = float(support.normal @ tray.centre + support.offset)
     if abs(offset) > MAX_HEIGHT_DIFFERENCE:

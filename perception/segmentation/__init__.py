@@ -20,7 +20,7 @@ in ``STORED_FRONT``, which ``eyehand chart segmentation --store`` writes in ``FR
 """
 
 from .container import Container, Wall
-from .frame_checks import frame_faults
+from .frame_checks import MAX_LEVEL_TILT, frame_faults
 from .options import FRONT_FORMAT, STORED_FRONT, SegmentationOptions
 from .result import Segmentation, SupportPlane
 from .scene_warnings import SceneWarning
@@ -29,6 +29,7 @@ from .unknown_regions import UnknownRegion
 
 __all__ = [
     "FRONT_FORMAT",
+    "MAX_LEVEL_TILT",
     "STORED_FRONT",
     "Container",
     "SceneWarning",

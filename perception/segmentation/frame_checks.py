@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from scipy.spatial.transform import RigidTransform
 
 from ..frame import CameraIntrinsics, DepthFrame
 from .frame_noise import NoiseProfile
 from .options import SegmentationOptions
+from .result import SupportPlane
 from .scene_warnings import SceneWarning
 from .support_plane import MAX_TILT, find_supports
 from .working_image import WorkingImage
@@ -18,6 +20,12 @@ FIELD_OF_VIEW_DEG = (5.0, 150.0)
 FAR_M, FAR_QUANTILE = 2.5, 0.05
 """Distance beyond which no solid is fitted, m, and the share of the readings that may be nearer. A
 frame beyond it is usually in another unit: a D405 counts 0.1 mm."""
+MAX_CAMERA_M = 20.0
+"""Maximum distance of a camera from the origin of the world, m. Robot cells are smaller."""
+MAX_LEVEL_TILT = math.radians(3.0)
+"""Maximum angle between a level table and the horizontal plane of the world, rad. The normal of the
+table is estimated to 0.5°. A larger angle usually means a wrong camera pose, with errors of
+centimetres on the table."""
 MAX_ASPECT = 1.2
 """Maximum ratio of the focal lengths, either way. Pixels of depth cameras are square within 2 %."""
 STEP = 7
@@ -67,10 +75,24 @@ def check_frame(frame: DepthFrame, image: WorkingImage) -> tuple[SceneWarning, .
 
 
 def frame_faults(frame: DepthFrame) -> tuple[SceneWarning, ...]:
-    """Return the warnings about a frame that need no segmentation: its camera, a constant image."""
+    """Return the warnings that need no segmentation: camera, distance of the pose, constant image.
+
+    Parameters
+    ----------
+    frame
+        The frame.
+    """
     faults = []
     if message := _camera_fault(frame.intrinsics):
         faults.append(SceneWarning("camera", message))
+    pose = frame.T_world_camera
+    distance = 0.0 if pose is None else float(np.linalg.norm(pose.translation))
+    if distance > MAX_CAMERA_M:
+        message = (
+            f"T_world_camera places the camera {distance:.0f} m from the origin of the world, "
+            f"expected at most {MAX_CAMERA_M:g} m: the translation must be in m"
+        )
+        faults.append(SceneWarning("pose", message))
     sample = frame.depth[::STEP, ::STEP]
     sample = sample[sample > 0]
     if (
@@ -92,8 +114,7 @@ def check_pose(
     planes = find_supports(image._replace(T_world_camera=None), options, noise)
     if not planes:
         return ()
-    up = image.T_world_camera.rotation.apply(planes[0].plane.normal)[2]
-    tilt = math.acos(min(max(up, -1.0), 1.0))
+    tilt = _tilt(planes[0].plane, image.T_world_camera)
     if tilt <= MAX_TILT:
         return ()
     message = (
@@ -102,6 +123,36 @@ def check_pose(
         "the world (z up), and may be inverted"
     )
     return (SceneWarning("pose", message),)
+
+
+def check_tilt(
+    support: SupportPlane, T_world_camera: RigidTransform | None
+) -> tuple[SceneWarning, ...]:
+    """Return a warning if the support is not level in the world.
+
+    Parameters
+    ----------
+    support
+        The support, camera frame.
+    T_world_camera
+        Pose of the camera; None if it is unknown.
+    """
+    if T_world_camera is None:
+        return ()
+    tilt = _tilt(support, T_world_camera)
+    if tilt <= MAX_LEVEL_TILT:
+        return ()
+    message = (
+        f"the support is tilted by {math.degrees(tilt):.1f}° in the world. If the table is level, "
+        "the rotation of T_world_camera is wrong, and so are all positions in the world"
+    )
+    return (SceneWarning("pose", message),)
+
+
+def _tilt(plane: SupportPlane, T_world_camera: RigidTransform) -> float:
+    """Return the angle between a plane in the camera frame and the horizontal plane, rad."""
+    up = float(T_world_camera.rotation.apply(plane.normal)[2])
+    return math.acos(min(max(up, -1.0), 1.0))
 
 
 def _camera_fault(camera: CameraIntrinsics) -> str:

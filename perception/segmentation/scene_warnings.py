@@ -50,7 +50,8 @@ WarningKind = Literal[
   board or a floor.
 - camera: the intrinsics are implausible, so that all positions may be wrong: the principal point
   lies outside the image, or the field of view or the ratio of the focal lengths is odd.
-- pose: the largest plane is not horizontal with the pose of the camera, which may be inverted.
+- pose: the pose of the camera is implausible: the support or the largest plane is not horizontal
+  with it, or the camera is more than 20 m from the origin. It may be inverted or in mm.
 - far: nearly all readings are too far for solids; the depth may have another unit.
 - noise: the readings are noise; there is no smooth surface.
 - constant: all readings are equal; the image shows no scene.

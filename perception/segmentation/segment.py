@@ -14,7 +14,7 @@ from .block_heights import block_heights
 from .cut_necks import cut_necks
 from .find_containers import find_containers, include_floors
 from .find_sheets import find_sheets
-from .frame_checks import check_frame, check_pose
+from .frame_checks import check_frame, check_pose, check_tilt
 from .frame_noise import noise_profile
 from .freed_memory import reuse_freed_memory
 from .furniture_walls import find_faces, remove_faces
@@ -108,6 +108,8 @@ def segment(frame: DepthFrame, options: SegmentationOptions | None = None) -> Se
         labels[frame.depth == 0] = 0
         labels, ambiguous = relabel_with_reasons(labels, ambiguous)
     planes = [support.plane for support in supports]
+    if planes:
+        faults = check_tilt(planes[0], image.T_world_camera)
     containers = tuple(one.container for one in found)
     sheets = find_sheets(labels[::stride, ::stride], image)
     unreached = unreached_share(image, supports)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import RigidTransform, Rotation
 
-from eyehand.perception import CameraIntrinsics, DepthFrame, segment
+from eyehand.perception import CameraIntrinsics, DepthFrame, frame_faults, segment
 
 CAMERA = CameraIntrinsics(525.0, 525.0, 319.5, 239.5, 640, 480)
 SHAPE = (480, 640)
@@ -81,3 +81,22 @@ def test_inverted_pose_is_warned_about():
         frame = DepthFrame(depth.astype(np.float32), CAMERA, T_world_camera)
         warnings = segment(frame).warnings
         assert [w.kind for w in warnings if w.kind in ("pose", "no_support")] == expected
+
+
+@pytest.mark.parametrize(("degrees", "expected"), [(0.0, False), (2.0, False), (12.0, True)])
+def test_support_that_tilts_in_the_world_is_warned_about(degrees, expected):
+    down = Rotation.from_euler("x", 180 + degrees, degrees=True)
+    depth = noisy(np.random.default_rng(0), 0.001).astype(np.float32)
+    pose = RigidTransform.from_components([0.4, 0.0, 1.0], down)
+    found = [w for w in segment(DepthFrame(depth, CAMERA, pose)).warnings if w.kind == "pose"]
+    assert bool(found) == expected
+    assert all("tilted by 12.0° in the world" in one.message for one in found)
+
+
+@pytest.mark.parametrize(("distance", "expected"), [(19.0, False), (549.0, True)])
+def test_camera_far_from_the_origin_is_warned_about(distance, expected):
+    down = Rotation.from_euler("x", 180, degrees=True)
+    depth = noisy(np.random.default_rng(0), 0.001).astype(np.float32)
+    pose = RigidTransform.from_components([0.0, 0.0, distance], down)
+    found = [w for w in frame_faults(DepthFrame(depth, CAMERA, pose)) if w.kind == "pose"]
+    assert bool(found) == expected
