@@ -121,8 +121,17 @@ def calibrate_command(
     found = calibrate_hand_eye(views, wrist, intrinsics, HandEyeOptions(camera_on))
     show(_table(images, views, found), json_wanted=json)
     if not found:
-        raise InputError(f"the camera's pose is not determined: {found.reason}")
+        reason = found.reason
+        if found.wrong_size:
+            likely = wanted.square * found.board_scale * MM_PER_M
+            reason += (
+                f". A square is likely {likely:.1f} mm, not {wanted.square * MM_PER_M:g} mm: "
+                "measure it, and check the focal length"
+            )
+        raise InputError(f"the camera's pose is not determined: {reason}")
     assert found.camera is not None
+    if found.warning:
+        say(f"warning: {found.warning}")
     make_folder(out)
     write_text(out / "calibration.json", _report(found, camera_on))
     if camera_on == "world":

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import Literal
 
@@ -16,7 +16,7 @@ from eyehand.errors import InputError
 
 from ..frame import CameraIntrinsics
 from .calibration_board import BoardView
-from .hand_eye_bundle import MIN_SIGMAS, Bundle
+from .hand_eye_bundle import MIN_SIGMAS, Bundle, BundleResult
 
 CameraMount = Literal["world", "wrist"]
 """What the camera is fixed to. The board is fixed to the other one."""
@@ -26,6 +26,17 @@ MIN_SPREAD = np.deg2rad(5.0)
 """Minimum spread of the axes of rotation, rad. Below it the poses turn about one axis only."""
 OUTLIER_SIGMAS = 4.0
 """A robot pose that needs a larger correction, in median corrections, is left out."""
+MAX_PIXEL_ERROR = 1.0
+"""Maximum standard deviation of a corner, px. Good images give 0.2 px."""
+MAX_POSE_ERROR = (5e-3, np.deg2rad(0.5))
+"""Maximum median correction of the robot poses, m and rad. A robot with errors of 0.5 mm and 0.06°
+along each axis gives 0.7 mm and 0.1°."""
+MAX_POSITION = 10.0
+"""Maximum distance of the wrist from the world's origin, m. A larger number is probably in mm."""
+MAX_SCALE_ERROR = 0.02
+"""Standard deviation of the board's scale above which the images do not check the board's size."""
+WRONG_SCALE, WRONG_SCALE_SIGMAS = 0.01, 3.0
+"""A scale that differs from 1 by more than both contradicts the given size of the board."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +57,8 @@ class HandEye:
     board: RigidTransform | None
     """T_wrist_board, or T_world_board of a camera on the wrist."""
     position_error: float
-    """Standard deviation of the camera's position, all axes together, m."""
+    """Standard deviation of the camera's position, all axes together, m. It holds for a board of
+    exactly the given size."""
     angle_error: float
     """Standard deviation of the camera's orientation, all axes together, rad."""
     pixel_error: float
@@ -58,6 +70,14 @@ class HandEye:
     """Numbers of the images that contradict the others."""
     reason: str
     """Why there is no pose; empty if there is one."""
+    board_scale: float = 1.0
+    """Size of the board that explains the images best, divided by its given size."""
+    board_scale_error: float = np.inf
+    """Standard deviation of `board_scale`."""
+    wrong_size: bool = False
+    """Whether there is no pose because `board_scale` contradicts the given size of the board."""
+    warning: str = ""
+    """What the images leave unchecked; empty if nothing."""
 
     def __bool__(self) -> bool:
         return self.camera is not None
@@ -76,6 +96,9 @@ def calibrate_hand_eye(
     robot poses are estimated from the residuals, so that the stated error includes the accuracy of
     the robot.
 
+    A second adjustment estimates the size of the board too. The result is false if it contradicts
+    the given size, or if the images do not fit the robot poses.
+
     Parameters
     ----------
     views
@@ -90,11 +113,17 @@ def calibrate_hand_eye(
     Raises
     ------
     InputError
-        If the numbers of views and poses differ.
+        If the numbers of views and poses differ, or a wrist is implausibly far away.
     """
     options = options or HandEyeOptions()
     if len(views) != len(wrist_poses):
         raise InputError(f"{len(views)} images have {len(wrist_poses)} poses, expected one each")
+    for pose in wrist_poses:
+        if (distance := float(np.linalg.norm(pose.translation))) > MAX_POSITION:
+            raise InputError(
+                f"a robot pose is {distance:.0f} m from the origin, at most {MAX_POSITION:.0f} m "
+                "expected: is it in mm? Then give metres"
+            )
     count = len(views)
     found = {i: board_pose(view, camera) for i, view in enumerate(views) if view}
     seen = {i: pose for i, pose in found.items() if pose is not None}
@@ -111,13 +140,7 @@ def calibrate_hand_eye(
             f"the wrist turns about one axis only (spread {np.rad2deg(spread):.1f}°, at least "
             f"{np.rad2deg(MIN_SPREAD):.0f}° needed): tilt it about a second axis by 20° or more",
         )
-    inverse = [seen[i].inv() for i in used]
-    if options.camera_on == "wrist":
-        start = closed_form([wrist_poses[i] for i in used], [seen[i] for i in used])
-        board = wrist_poses[used[0]] * start * seen[used[0]]
-    else:
-        board = closed_form([wrist_poses[i] for i in used], inverse)
-        start = wrist_poses[used[0]] * board * inverse[0]
+    start, board = _start(wrist_poses, seen, options.camera_on)
     bundle = Bundle(
         views, RigidTransform.concatenate(list(wrist_poses)), camera, options.camera_on == "wrist"
     )
@@ -134,7 +157,11 @@ def calibrate_hand_eye(
         solved = bundle.solve(used, solved.camera, solved.board)
     errors = np.full((count, 2), np.nan)
     errors[used] = solved.corrections
-    return HandEye(
+    # A wrong size of the board leaves small residuals: the robot poses absorb it.
+    scaled = solved
+    if solved.sigmas[0] <= MAX_PIXEL_ERROR:
+        scaled = bundle.solve(used, solved.camera, solved.board, free_scale=True)
+    result = HandEye(
         camera=solved.camera,
         board=solved.board,
         position_error=solved.position_error,
@@ -143,7 +170,87 @@ def calibrate_hand_eye(
         pose_errors=errors,
         left_out=tuple(sorted(left_out)),
         reason="",
+        board_scale=scaled.scale,
+        board_scale_error=scaled.scale_error,
     )
+    least = max(WRONG_SCALE, WRONG_SCALE_SIGMAS * scaled.scale_error)
+    if abs(scaled.scale - 1.0) > least and _fits(scaled):
+        reason = f"the board seems to be {scaled.scale:.3f} times as large as given"
+        return replace(result, camera=None, board=None, reason=reason, wrong_size=True)
+    if not _fits(solved):
+        reason = _misfit(solved) + _better_hypothesis(views, wrist_poses, seen, camera, options)
+        return replace(result, camera=None, board=None, reason=reason)
+    if scaled.scale_error > MAX_SCALE_ERROR:
+        warning = (
+            "the images do not check the size of the board, because its distance varies too "
+            "little: measure the squares, or vary the distance by a third"
+        )
+        return replace(result, warning=warning)
+    return result
+
+
+def _start(
+    wrist_poses: Sequence[RigidTransform], seen: dict[int, RigidTransform], mount: CameraMount
+) -> tuple[RigidTransform, RigidTransform]:
+    """Return the poses of camera and board in closed form."""
+    moved = [wrist_poses[i] for i in seen]
+    first = next(iter(seen.values()))
+    if mount == "wrist":
+        camera = closed_form(moved, list(seen.values()))
+        return camera, moved[0] * camera * first
+    board = closed_form(moved, [pose.inv() for pose in seen.values()])
+    return moved[0] * board * first.inv(), board
+
+
+def _fits(solved: BundleResult) -> bool:
+    """Report whether the images agree with the robot poses."""
+    errors = np.median(solved.corrections, axis=0)
+    return bool(solved.sigmas[0] <= MAX_PIXEL_ERROR and (errors <= MAX_POSE_ERROR).all())
+
+
+def _misfit(solved: BundleResult) -> str:
+    shift, turn = np.median(solved.corrections, axis=0)
+    return (
+        f"the images do not fit the robot poses: residual {solved.sigmas[0]:.2f} px, median pose "
+        f"error {1e3 * shift:.1f} mm and {np.rad2deg(turn):.2f}°, at most {MAX_PIXEL_ERROR:g} px, "
+        f"{1e3 * MAX_POSE_ERROR[0]:g} mm and {np.rad2deg(MAX_POSE_ERROR[1]):g}° expected. Check "
+        "the order of the quaternion (w, x, y, z), the direction of the poses (wrist in the "
+        "world), --camera-on, and the sizes of the board"
+    )
+
+
+def _better_hypothesis(
+    views: Sequence[BoardView],
+    wrist_poses: Sequence[RigidTransform],
+    seen: dict[int, RigidTransform],
+    camera: CameraIntrinsics,
+    options: HandEyeOptions,
+) -> str:
+    """Return a sentence on the usual mistake that explains the images, or nothing.
+
+    A camera in the world with inverted poses has the same equations as one on the wrist. The two
+    cannot be distinguished.
+    """
+    other: CameraMount = "wrist" if options.camera_on == "world" else "world"
+    order = "quaternions in the order x, y, z, w"
+    mount = f"--camera-on {other}, or with inverted poses"
+    reordered = [_reordered(pose) for pose in wrist_poses]
+    hypotheses: list[tuple[Sequence[RigidTransform], CameraMount, str]] = [
+        (wrist_poses, other, mount),
+        (reordered, options.camera_on, order),
+        (reordered, other, f"{order} and {mount}"),
+    ]
+    for poses, on, words in hypotheses:
+        bundle = Bundle(views, RigidTransform.concatenate(list(poses)), camera, on == "wrist")
+        if _fits(bundle.solve(list(seen), *_start(poses, seen, on))):
+            return f". They fit with {words}"
+    return ""
+
+
+def _reordered(pose: RigidTransform) -> RigidTransform:
+    """Return a pose whose quaternion x, y, z, w was read as w, x, y, z."""
+    values = pose.rotation.as_quat(scalar_first=True)
+    return RigidTransform.from_components(pose.translation, Rotation.from_quat(values))
 
 
 def _failed(count: int, reason: str) -> HandEye:

@@ -24,6 +24,12 @@ ROUNDS = 4
 COST_TOLERANCE = 1e-5
 """Relative change of the cost that ends a descent. With 400 corners, half the sum of squares then
 changes by 0.004, which is less than 0.1 standard deviations of the pose."""
+SCALE_PRIOR = 0.5
+"""Standard deviation of the board's scale before the images are used. It keeps the normal
+equations regular if the images do not determine the scale."""
+MAX_EVALUATIONS = 25
+"""Maximum evaluations of the residuals in a descent. Poses that fit need fewer; poses that do not
+fit would continue for seconds without an effect on the result."""
 DIFFERENCE = 1e-6
 """Step of a difference, m and rad."""
 
@@ -38,6 +44,10 @@ class BundleResult:
     position_error: float
     angle_error: float
     sigmas: tuple[float, float, float]
+    scale: float
+    """True size of the board divided by its given size; 1 if it was not estimated."""
+    scale_error: float
+    """Standard deviation of the scale; infinite if it was not estimated."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,35 +60,51 @@ class Bundle:
     on_wrist: bool
     """Whether the wrist carries the camera, and not the board."""
 
-    def solve(self, used: list[int], camera: RigidTransform, board: RigidTransform) -> BundleResult:
+    def solve(
+        self,
+        used: list[int],
+        camera: RigidTransform,
+        board: RigidTransform,
+        free_scale: bool = False,
+    ) -> BundleResult:
         """Estimate poses and errors in turn, from a start.
 
         The unknowns are twists (rotation vector, translation) that correct the start: 6 of the
-        camera, 6 of the board, 6 of each robot pose.
+        camera, 6 of the board, 6 of each robot pose. With `free_scale` the last unknown is the
+        correction of the board's scale.
         """
         sigmas = START_SIGMAS
-        result = self._descend(np.zeros(12 + 6 * len(used)), (used, camera, board, sigmas))
+        last = 12 + 6 * len(used)
+        result = self._descend(np.zeros(last + free_scale), (used, camera, board, sigmas))
         for _ in range(ROUNDS - 1):
             sigmas = self._sigmas(result.fun, result.jac, len(used), sigmas)
             result = self._descend(result.x, (used, camera, board, sigmas))
         unknown = result.x
-        covariance = np.linalg.pinv(result.jac.T @ result.jac)[:6, :6]
-        corrections = unknown[12:].reshape(-1, 6)
+        covariance = np.linalg.pinv(result.jac.T @ result.jac)
+        corrections = unknown[12:last].reshape(-1, 6)
         norms = np.linalg.norm(corrections.reshape(-1, 2, 3), axis=2)
         return BundleResult(
             camera=camera * _exponential(unknown[:6]),
             board=board * _exponential(unknown[6:12]),
             corrections=norms[:, ::-1],
-            position_error=float(np.sqrt(np.trace(covariance[3:, 3:]))),
+            position_error=float(np.sqrt(np.trace(covariance[3:6, 3:6]))),
             angle_error=float(np.sqrt(np.trace(covariance[:3, :3]))),
             sigmas=sigmas,
+            scale=1.0 + float(unknown[last]) if free_scale else 1.0,
+            scale_error=float(np.sqrt(covariance[last, last])) if free_scale else np.inf,
         )
 
     def _descend(self, unknown: NDArray[np.float64], fixed: tuple[Any, ...]) -> Any:
         """Minimise the residuals by Levenberg-Marquardt, and return SciPy's result."""
         jacobian = cast("Any", self._jacobian)  # SciPy's types know only the named differences
         return least_squares(
-            self._residuals, unknown, jacobian, args=fixed, method="lm", ftol=COST_TOLERANCE
+            self._residuals,
+            unknown,
+            jacobian,
+            args=fixed,
+            method="lm",
+            ftol=COST_TOLERANCE,
+            max_nfev=MAX_EVALUATIONS,
         )
 
     def _residuals(
@@ -89,10 +115,14 @@ class Bundle:
         board: RigidTransform,
         sigmas: tuple[float, float, float],
     ) -> NDArray[np.float64]:
-        """Return errors of all corners, then the corrections, each divided by its deviation."""
+        """Return errors of all corners, the corrections, and the change of a free scale.
+
+        Each is divided by its deviation.
+        """
         T_x_camera = camera * _exponential(unknown[:6])
         T_y_board = board * _exponential(unknown[6:12])
-        corrections = unknown[12:].reshape(-1, 6)
+        last = 12 + 6 * len(used)
+        corrections, scale = unknown[12:last].reshape(-1, 6), unknown[last:]
         # A camera on the wrist sees the board through (world, wrist, camera), one in the world
         # through (camera, world, wrist).
         wrist = self.wrist_poses[used] * _exponential(corrections)
@@ -102,7 +132,7 @@ class Bundle:
             T_camera_board = T_x_camera.inv() * wrist * T_y_board
         counts = [len(self.views[i].points) for i in used]
         matrices = np.repeat(T_camera_board.as_matrix(), counts, axis=0)
-        points = np.concatenate([self.views[i].points for i in used])
+        points = np.concatenate([self.views[i].points for i in used]) * (1.0 + scale.sum())
         x, y, z = (np.einsum("nij,nj->ni", matrices[:, :3, :3], points) + matrices[:, :3, 3]).T
         k = self.intrinsics
         projected = np.column_stack([k.fx * x / z + k.cx, k.fy * y / z + k.cy])
@@ -111,6 +141,7 @@ class Bundle:
             [
                 (projected - pixels).ravel() / sigmas[0],
                 (corrections / _pose_sigmas(sigmas)).ravel(),
+                scale / SCALE_PRIOR,
             ]
         )
 
@@ -125,22 +156,25 @@ class Bundle:
         """Return central differences of `_residuals`.
 
         A correction changes only the corners of its own image. The corrections of all images
-        move at once, so that 18 differences give all columns.
+        move at once, so that 18 differences give all columns, and one more that of the scale.
         """
         counts = [2 * len(self.views[i].points) for i in used]
         images = np.arange(len(used))
         owner = np.concatenate([np.repeat(images, counts), np.repeat(images, 6)])
-        jacobian = np.zeros((len(owner), len(unknown)))
-        for column in range(18):
+        last = 12 + 6 * len(used)
+        own = np.arange(len(owner))
+        jacobian = np.zeros((len(owner) + len(unknown) - last, len(unknown)))
+        for column in [*range(18), *range(last, len(unknown))]:
             moved = np.zeros(len(unknown))
-            moved[column if column < 12 else slice(column, None, 6)] = DIFFERENCE
+            shared = column < 12 or column == last
+            moved[column if shared else slice(column, last, 6)] = DIFFERENCE
             change = self._residuals(unknown + moved, used, camera, board, sigmas)
             change -= self._residuals(unknown - moved, used, camera, board, sigmas)
             change /= 2 * DIFFERENCE
-            if column < 12:
+            if shared:
                 jacobian[:, column] = change
             else:
-                jacobian[np.arange(len(owner)), column + 6 * owner] = change
+                jacobian[own, column + 6 * owner] = change[own]
         return jacobian
 
     def _sigmas(
@@ -158,9 +192,11 @@ class Bundle:
         """
         normal = np.linalg.pinv(jacobian.T @ jacobian)
         redundancy = 1.0 - ((jacobian @ normal) * jacobian).sum(axis=1)
-        turns = np.zeros(len(residuals), bool)
+        end = len(residuals) - (jacobian.shape[1] - 12 - 6 * images)
+        residuals, redundancy = residuals[:end], redundancy[:end]  # without the prior of the scale
+        turns = np.zeros(end, bool)
         turns[-6 * images :] = np.tile([True] * 3 + [False] * 3, images)
-        shifts = np.zeros(len(residuals), bool)
+        shifts = np.zeros(end, bool)
         shifts[-6 * images :] = ~turns[-6 * images :]
         estimated = []
         for kind, sigma, least in zip(

@@ -99,6 +99,35 @@ def test_images_of_another_board_are_refused_without_files(folder, tmp_path, cap
     assert not (tmp_path / "out").exists()
 
 
+def refusal(folder, tmp_path, capsys, *words) -> str:
+    """Return the line of a calibration that must end without files."""
+    assert run(*words, "--camera", folder / "camera.json", "--out", tmp_path / "out") == 2
+    assert not (tmp_path / "out").exists()
+    return capsys.readouterr().err.strip().splitlines()[-1]
+
+
+def test_forgotten_mount_is_refused_without_files(folder, tmp_path, capsys):
+    error = refusal(folder, tmp_path, capsys, folder / "poses.json", "--camera-on", "wrist")
+    assert "the images do not fit the robot poses: residual" in error
+    assert "the order of the quaternion (w, x, y, z), the direction of the poses" in error
+    assert "They fit with --camera-on world, or with inverted poses" in error
+
+
+def test_wrong_square_is_refused_with_the_likely_one(folder, tmp_path, capsys):
+    words = [folder / "poses.json", "--square", "25", "--marker", "18"]
+    error = refusal(folder, tmp_path, capsys, *words)
+    assert "A square is likely 30.0 mm, not 25 mm" in error
+
+
+def test_poses_in_millimetres_are_refused_without_files(folder, tmp_path, capsys):
+    poses = json.loads((folder / "poses.json").read_text())
+    for name, pose in poses.items():
+        pose["translation_m"] = [1e3 * value for value in pose["translation_m"]]
+        (tmp_path / name).write_bytes((folder / name).read_bytes())
+    (tmp_path / "poses.json").write_text(json.dumps(poses))
+    assert "in mm" in refusal(folder, tmp_path, capsys, tmp_path / "poses.json")
+
+
 @pytest.mark.parametrize(
     ("content", "message"),
     [

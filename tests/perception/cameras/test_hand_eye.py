@@ -7,7 +7,7 @@ from scipy.spatial.transform import RigidTransform, Rotation
 from eyehand.errors import InputError
 from eyehand.perception.cameras import BoardView, HandEyeOptions, calibrate_hand_eye, charuco_board
 
-from .board_scenes import CAMERA, board_scene, exact_views, moved
+from .board_scenes import CAMERA, BoardScene, board_scene, exact_views, moved
 
 BOARD = charuco_board(7, 5, 0.03, 0.022)
 MOUNTS = ("world", "wrist")
@@ -88,6 +88,86 @@ def test_too_few_views_are_refused():
     found = calibrate_hand_eye([*views[:3], nothing, nothing], scene.wrist, CAMERA)
     assert not found
     assert found.reason == "the board is visible in 3 of 5 images, at least 4 needed"
+
+
+def xyzw_read_as_wxyz(pose):
+    rotation = Rotation.from_quat(pose.rotation.as_quat(), scalar_first=True)
+    return RigidTransform.from_components(pose.translation, rotation)
+
+
+def unchanged(pose):
+    return pose
+
+
+@pytest.mark.parametrize(
+    ("mount", "given", "change", "words"),
+    [
+        ("world", "world", xyzw_read_as_wxyz, "They fit with quaternions in the order x, y, z, w"),
+        ("wrist", "wrist", RigidTransform.inv, "or with inverted poses"),
+        ("wrist", "world", unchanged, "They fit with --camera-on wrist"),
+        ("wrist", "world", xyzw_read_as_wxyz, "x, y, z, w and --camera-on wrist"),
+    ],
+)
+def test_usual_mistakes_are_refused_and_named(mount, given, change, words):
+    scene = board_scene(mount, 6, 2)
+    rng = np.random.default_rng(2)
+    poses = [change(moved(pose, rng, 0.2e-3, 3.5e-4)) for pose in scene.wrist]
+    found = calibrate_hand_eye(exact_views(scene, BOARD), poses, CAMERA, HandEyeOptions(given))
+    assert not found
+    assert found.board is None
+    assert "the images do not fit the robot poses: residual" in found.reason
+    assert words in found.reason
+
+
+@pytest.mark.parametrize("mount", MOUNTS)
+def test_poses_of_a_poor_robot_are_accepted(mount):
+    found, _, _ = noisy_trial(mount, 1, 1e-3, 2e-3)
+    assert not found.warning
+    assert abs(found.board_scale - 1.0) < 3 * found.board_scale_error < 0.025
+
+
+def test_poses_in_millimetres_are_refused():
+    scene = board_scene("wrist", 5, 0)
+    poses = [RigidTransform.from_components(1e3 * p.translation, p.rotation) for p in scene.wrist]
+    with pytest.raises(InputError, match="is it in mm"):
+        calibrate_hand_eye(exact_views(scene, BOARD), poses, CAMERA, HandEyeOptions("wrist"))
+
+
+@pytest.mark.parametrize("mount", MOUNTS)
+def test_wrong_board_size_is_refused_if_the_distance_varies(mount):
+    scene = board_scene(mount, 12, 4)
+    rng = np.random.default_rng(4)
+    poses = [moved(pose, rng, 0.2e-3, 3.5e-4) for pose in scene.wrist]
+    exact = exact_views(scene, BOARD)
+    wrong = [BoardView(view.pixels, view.points * 25 / 30) for view in exact]
+    found = calibrate_hand_eye(wrong, poses, CAMERA, HandEyeOptions(mount))
+    assert not found
+    assert found.wrong_size
+    assert found.board_scale == pytest.approx(30 / 25, rel=0.01)
+
+
+@pytest.mark.parametrize("mount", MOUNTS)
+def test_equal_distances_do_not_check_the_board_size(mount):
+    scene = board_scene(mount, 12, 4)
+    rng = np.random.default_rng(4)
+    middle = RigidTransform.from_translation([-0.105, -0.075, 0.0])
+    # Each board turns about its middle, 0.38 m in front of the camera.
+    level = [
+        RigidTransform.from_components([0.0, 0.0, 0.38], one.rotation) * middle
+        for one in scene.seen
+    ]
+    if mount == "wrist":
+        fixed = scene.wrist[0] * scene.camera * scene.seen[0]
+        wrist = [fixed * one.inv() * scene.camera.inv() for one in level]
+    else:
+        board = scene.wrist[0].inv() * scene.camera * scene.seen[0]
+        wrist = [scene.camera * one * board.inv() for one in level]
+    poses = [moved(pose, rng, 0.2e-3, 3.5e-4) for pose in wrist]
+    views = exact_views(BoardScene(scene.camera, wrist, level), BOARD)
+    found = calibrate_hand_eye(views, poses, CAMERA, HandEyeOptions(mount))
+    assert found
+    assert found.board_scale_error > 0.02
+    assert "vary the distance by a third" in found.warning
 
 
 def test_numbers_of_images_and_poses_must_agree():
