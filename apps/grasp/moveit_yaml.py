@@ -127,7 +127,7 @@ def _lines(value: Sequence[Mapping[str, Any]]) -> list[str]:
 
 
 def _mapping(mapping: Mapping[str, Any], indent: str) -> list[str]:
-    """Return the lines of a YAML mapping. Texts, numbers and small values are written as JSON."""
+    """Return the lines of a YAML mapping. Texts, numbers and small values take one line."""
     lines = []
     for key, value in mapping.items():
         if isinstance(value, dict) and any(isinstance(v, dict | list) for v in value.values()):
@@ -135,8 +135,17 @@ def _mapping(mapping: Mapping[str, Any], indent: str) -> list[str]:
         elif isinstance(value, list) and any(isinstance(v, dict) for v in value):
             lines += [f"{indent}{key}:", *(f"{indent}{line}" for line in _lines(value))]
         elif isinstance(value, dict):
-            inside = ", ".join(f"{name}: {json.dumps(v)}" for name, v in value.items())
+            inside = ", ".join(f"{name}: {_text(v)}" for name, v in value.items())
             lines.append(f"{indent}{key}: {{{inside}}}")
         else:
-            lines.append(f"{indent}{key}: {json.dumps(value)}")
+            lines.append(f"{indent}{key}: {_text(value)}")
     return lines
+
+
+def _text(value: Any) -> str:
+    """Return a value of one line. YAML 1.1 reads 4e-06 as a text, so numbers have no exponent."""
+    if isinstance(value, float):
+        return np.format_float_positional(value, trim="0")
+    if isinstance(value, list):
+        return f"[{', '.join(_text(item) for item in value)}]"
+    return json.dumps(value)

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from eyehand.apps.grasp.moveit_yaml import _text
 from eyehand.grasping.hands import built_in_hands, load_hand, write_hand
 from eyehand.perception import DepthFrame, read_frame, write_frame
 
@@ -68,6 +69,11 @@ def test_every_object_has_a_rank_or_a_reason(report):
     for item in frame["objects"]:
         assert (item["best_rank"] is None) == bool(item["reason"])
     assert any(item["best_rank"] == 1 for item in frame["objects"])
+
+
+def test_small_numbers_are_no_texts_in_yaml():
+    yaml = pytest.importorskip("yaml")
+    assert yaml.safe_load(_text([-4e-06, 1.5e-05, 3.0, 0.25])) == [-4e-06, 1.5e-05, 3.0, 0.25]
 
 
 def test_yaml_has_the_layout_of_moveit_grasps(report, written):
@@ -158,10 +164,11 @@ def test_known_table_corrects_the_depth(capsys):
 def test_wrong_height_of_the_table_makes_no_grasp_safe(capsys):
     code, out, err = run(SAMPLE, "--hand", "2f85", "--table-height", 0.05, "--json", capsys=capsys)
     assert code == 1
-    assert "warning: the scale of the depth changed by -7.8 %" in err
-    assert all(
-        "the scale of the depth" in row["forbidden_by"][-1] for row in json.loads(out)["rows"]
-    )
+    report = json.loads(out)
+    change = report["frames"][0]["depth_correction"]["scale"] - 1.0
+    assert change == pytest.approx(-0.078, abs=0.002)
+    assert f"warning: the scale of the depth changed by {change:.1%}".replace("%", " %") in err
+    assert all("the scale of the depth" in row["forbidden_by"][-1] for row in report["rows"])
 
 
 @pytest.mark.parametrize(("option", "named"), [((), True), (("--depth-error", 0.5), False)])
