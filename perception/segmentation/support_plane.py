@@ -128,14 +128,12 @@ def find_supports(
         radius = options.window // 2
         planes = LocalPlanes(*fit_centred_windows(image.disparity, radius, MIN_WINDOW_SHARE))
         proposed = _propose_planes(image, noise, planes, options.table_height)
-    located = [
-        locate_support(_fit_readings(one.plane, readings, noise), one.depth, image)
-        for one in _relevant(proposed)
-    ]
     supports = [
         support
-        for support in located
-        if support is not None and support.area >= MIN_FIRST_AREA and support.score > 0
+        for one in _relevant(proposed)
+        if _located(one.plane, one.depth, image) is not None
+        and (support := _located(_fit_readings(one.plane, readings, noise), one.depth, image))
+        is not None
     ]
     supports.sort(key=lambda support: -support.score)
     small: list[Support] = []
@@ -145,6 +143,17 @@ def find_supports(
     selected = select_supports(sorted(supports, key=lambda support: -support.score), image)
     selected[:1] = [with_small_table(one, small) for one in selected[:1]]
     return [one._replace(wave=support_wave(image, one, SUPPORT_SIGMAS)) for one in selected]
+
+
+def _located(plane: SupportPlane, depth: float, image: WorkingImage) -> Support | None:
+    """Locate a support; None if it is too small, or cannot be one.
+
+    A proposed plane must pass before it is fitted to all readings, too: through all of them the top
+    of a tall box is just large enough.
+    """
+    support = locate_support(plane, depth, image)
+    large = support is not None and support.area >= MIN_FIRST_AREA and support.score > 0
+    return support if large else None
 
 
 def _relevant(proposed: list[ProposedPlane]) -> list[ProposedPlane]:

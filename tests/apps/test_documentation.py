@@ -54,6 +54,7 @@ PRINTED = {
     "from eyehand.perception import perceive\nfrom eyehand.perception.cameras": "6 objects",
     "import numpy as np\nfrom eyehand.apps": "ended: clear",
     "import numpy as np\nfrom eyehand.tactile": "0 dead tactels",
+    "import numpy as np\nfrom scipy": "1 object",
     "from eyehand.data_synth.pad": "no fault, phase task",
     "from eyehand.data_synth import TabletopOptions": "(480, 640) 3 objects",
     "from eyehand.perception import SegmentationOptions": "6 objects",
