@@ -55,6 +55,14 @@ def test_labelled_tabletop_frames_are_segmented(first, real_data):
     assert np.mean(scores) > 0.75
 
 
+def test_top_of_a_tall_box_is_no_support(real_data):
+    """Through all readings the top of this box is just large enough for a small table."""
+    depth, truth = read_labelled(real_data / "mosd_learn" / "learn23.npz")
+    frame = DepthFrame(depth, KINECT)
+    labels = perceive_and_plan(frame).scene.segmentation.labels
+    assert score_segmentation(labels, np.where(frame.valid, truth, 0)).f > 0.95
+
+
 def read_labelled(path: Path) -> tuple[np.ndarray, np.ndarray]:
     """Read depth, m, and object labels; files hold 0.1 mm, ten times the label, background < 20."""
     with np.load(path) as data:
