@@ -83,7 +83,7 @@ def load_kernels() -> Scene:
     The first run compiles the kernels and prints that it does.
     """
     if not kernels_are_cached():
-        say("first run: compiling numerical kernels (once, about half a minute) ...")
+        say("first run: compiling numerical kernels (once, one to two minutes) ...")
     return warm_up()
 
 

@@ -17,7 +17,7 @@ from .bench.trial import GraspTrial, make_cell
 
 
 def warm_up_grasping(*, jaws: bool = False) -> None:
-    """Load the kernels of perception, control and touch: seconds, or once half a minute.
+    """Load the kernels of perception, control and touch: seconds, or once one to two minutes.
 
     With ``jaws``, also those of planning for grippers with two jaws.
     """

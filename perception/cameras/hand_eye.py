@@ -116,15 +116,8 @@ def calibrate_hand_eye(
         If the numbers of views and poses differ, or a wrist is implausibly far away.
     """
     options = options or HandEyeOptions()
-    if len(views) != len(wrist_poses):
-        raise InputError(f"{len(views)} images have {len(wrist_poses)} poses, expected one each")
-    for pose in wrist_poses:
-        if (distance := float(np.linalg.norm(pose.translation))) > MAX_POSITION:
-            raise InputError(
-                f"a robot pose is {distance:.0f} m from the origin, at most {MAX_POSITION:.0f} m "
-                "expected: is it in mm? Then give metres"
-            )
     count = len(views)
+    _check_poses(wrist_poses, count)
     found = {i: board_pose(view, camera) for i, view in enumerate(views) if view}
     seen = {i: pose for i, pose in found.items() if pose is not None}
     if len(seen) < MIN_IMAGES:
@@ -145,16 +138,7 @@ def calibrate_hand_eye(
         views, RigidTransform.concatenate(list(wrist_poses)), camera, options.camera_on == "wrist"
     )
     solved = bundle.solve(used, start, board)
-    left_out: list[int] = []
-    while len(used) > max(MIN_IMAGES, 3 * len(seen) // 4):
-        size = solved.corrections / np.maximum(
-            np.median(solved.corrections, axis=0), MIN_SIGMAS[1:]
-        )
-        worst = int(size.max(axis=1).argmax())
-        if size[worst].max() <= OUTLIER_SIGMAS:
-            break
-        left_out.append(used.pop(worst))
-        solved = bundle.solve(used, solved.camera, solved.board)
+    solved, used = _without_outliers(bundle, solved, used)
     errors = np.full((count, 2), np.nan)
     errors[used] = solved.corrections
     # A wrong size of the board leaves small residuals: the robot poses absorb it.
@@ -168,7 +152,7 @@ def calibrate_hand_eye(
         angle_error=solved.angle_error,
         pixel_error=solved.sigmas[0],
         pose_errors=errors,
-        left_out=tuple(sorted(left_out)),
+        left_out=tuple(sorted(seen.keys() - set(used))),
         reason="",
         board_scale=scaled.scale,
         board_scale_error=scaled.scale_error,
@@ -187,6 +171,35 @@ def calibrate_hand_eye(
         )
         return replace(result, warning=warning)
     return result
+
+
+def _check_poses(wrist_poses: Sequence[RigidTransform], count: int) -> None:
+    """Refuse another number of poses than of images, and poses far away."""
+    if count != len(wrist_poses):
+        raise InputError(f"{count} images have {len(wrist_poses)} poses, expected one each")
+    for pose in wrist_poses:
+        if (distance := float(np.linalg.norm(pose.translation))) > MAX_POSITION:
+            raise InputError(
+                f"a robot pose is {distance:.0f} m from the origin, at most {MAX_POSITION:.0f} m "
+                "expected: is it in mm? Then give metres"
+            )
+
+
+def _without_outliers(
+    bundle: Bundle, solved: BundleResult, used: list[int]
+) -> tuple[BundleResult, list[int]]:
+    """Drop the image that contradicts the others most, as long as one does and enough remain."""
+    enough, used = max(MIN_IMAGES, 3 * len(used) // 4), list(used)
+    while len(used) > enough:
+        size = solved.corrections / np.maximum(
+            np.median(solved.corrections, axis=0), MIN_SIGMAS[1:]
+        )
+        worst = int(size.max(axis=1).argmax())
+        if size[worst].max() <= OUTLIER_SIGMAS:
+            break
+        used.pop(worst)
+        solved = bundle.solve(used, solved.camera, solved.board)
+    return solved, used
 
 
 def _start(

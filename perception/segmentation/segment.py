@@ -99,14 +99,9 @@ def segment(frame: DepthFrame, options: SegmentationOptions | None = None) -> Se
         labels[window], ambiguous = _segment_candidates(
             image.cropped(window), candidates, (supports, found), options, clock
         )
+    labels, ambiguous = _label_readings(labels, ambiguous, frame, stride)
     if stride > 1:
-        labels = upsample_labels(labels, inverse(frame.depth), stride)
-        labels, ambiguous = relabel_with_reasons(labels, ambiguous)
         clock.finish("upsample")
-    elif window is not None and ((labels[window] > 0) & (frame.depth[window] == 0)).any():
-        # Gaps in the frame were filled, but only its own readings are labelled.
-        labels[frame.depth == 0] = 0
-        labels, ambiguous = relabel_with_reasons(labels, ambiguous)
     planes = [support.plane for support in supports]
     if planes:
         faults = check_tilt(planes[0], image.T_world_camera)
@@ -125,6 +120,22 @@ def segment(frame: DepthFrame, options: SegmentationOptions | None = None) -> Se
         (*check_frame(frame, image), *faults, *warnings),
         tuple(region.enlarged(stride) for region in unknown),
     )
+
+
+def _label_readings(
+    labels: NDArray[np.int32], ambiguous: dict[int, str], frame: DepthFrame, stride: int
+) -> tuple[NDArray[np.int32], dict[int, str]]:
+    """Return the labels of the frame's own readings, from those of the working image.
+
+    The working image has values also in gaps of the frame.
+    """
+    if stride > 1:
+        labels = upsample_labels(labels, inverse(frame.depth), stride)
+    elif (filled := (labels > 0) & (frame.depth == 0)).any():
+        labels[filled] = 0
+    else:
+        return labels, ambiguous
+    return relabel_with_reasons(labels, ambiguous)
 
 
 def _segment_candidates(

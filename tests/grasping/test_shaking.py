@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -38,9 +39,9 @@ def test_shake_keeps_its_acceleration_and_ends_at_rest(cell, seconds):
 def test_a_loaded_pad_counts_only_if_the_wrist_feels_a_load(monkeypatch, weight, hanging):
     reading = SimpleNamespace(hand=None, wrench=np.array([0.0, 1.0, weight, 0.0, 0.0, 0.0]))
     hand = SimpleNamespace(contacts=lambda *_: ("thumb_distal",))
-    cell = SimpleNamespace(reading=reading, hand=hand, wait=lambda _, note: note(reading))
-    state = SimpleNamespace(tare=np.array([0.0, 1.0, 0.0, 0.0, 0.0, 0.0]), closing=None)
+    cell: Any = SimpleNamespace(reading=reading, hand=hand, wait=lambda _, note: note(reading))
+    state: Any = SimpleNamespace(tare=np.array([0.0, 1.0, 0.0, 0.0, 0.0, 0.0]), closing=None)
     shakes = []
     monkeypatch.setattr(shaking, "shake", lambda *_: shakes.append(1))
-    assert shake_off(cell, state) == hanging  # type: ignore[arg-type]
+    assert shake_off(cell, state) == hanging
     assert len(shakes) == bool(hanging)

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from eyehand.data_synth.cell.fingertip_pads import COLUMNS, ROWS, tip_array
+from eyehand.data_synth.cell.fingertip_pads import COLUMNS, ROWS, FingertipPads, tip_array
 from eyehand.data_synth.cell.hand_touch import HandTouch
 from eyehand.data_synth.pad import SENSORS
 from eyehand.errors import InputError
@@ -20,7 +20,7 @@ TIPS = [pad for pad in HAND.pads if pad.endswith("_distal")]
 PERIOD = 0.004
 
 
-class Presses:
+class Presses(FingertipPads):
     """Fingertips that all bear one force in the middle, as the array sees it."""
 
     def __init__(self, force: float) -> None:
@@ -28,7 +28,7 @@ class Presses:
         row[[4, 7]] = 0.5 * force / tip_array().area
         self.images = np.tile(row, (len(TIPS), 1))
 
-    def pressures(self, _data: object, _shear: float = 0.0) -> np.ndarray:
+    def pressures(self, data: object, shear: float = 0.0) -> np.ndarray:
         """Return the images, (T, 12), Pa."""
         return self.images
 
@@ -40,7 +40,7 @@ def sense(touch: HandTouch, force: float, start: float, seconds: float) -> np.nd
     exact = HandReading(zeros, zeros, np.zeros(len(HAND.joints)), forces, ())
     rows = []
     for time in start + PERIOD * np.arange(1, round(seconds / PERIOD) + 1):
-        touch.sense(exact, SimpleNamespace(time=time), Presses(force))  # type: ignore[arg-type]
+        touch.sense(exact, SimpleNamespace(time=time), Presses(force))
         rows.append(touch.touched(exact).forces)
     return np.array(rows)
 
@@ -69,7 +69,7 @@ def test_a_force_beside_the_array_loads_the_pad_alone():
     zeros = np.zeros(len(HAND.drives))
     forces = np.full(len(HAND.pads), 2.0)
     exact = HandReading(zeros, zeros, np.zeros(len(HAND.joints)), forces, ())
-    touch.sense(exact, SimpleNamespace(time=0.0), Presses(0.0))  # type: ignore[arg-type]
+    touch.sense(exact, SimpleNamespace(time=0.0), Presses(0.0))
     felt = touch.touched(exact)
     assert np.allclose(felt.forces, 2.0, rtol=0.05)
     assert not np.any([tip.pressures for tip in felt.tips])
