@@ -1,15 +1,24 @@
-"""The arm of reaching scenes, by name or by file, and its control model."""
+"""The arm of reaching scenes, by name or by file, with or without a hand, and its control model."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import lru_cache
+from pathlib import Path
 
 import numpy as np
 
 from eyehand.control import RobotModel
 from eyehand.data_synth import ReachingArm
-from eyehand.data_synth.cell import ARMS, INCLUDED_ARM, named_file
+from eyehand.data_synth.cell import (
+    ARMS,
+    INCLUDED_ARM,
+    GraspRobot,
+    make_robot,
+    named_file,
+    write_rigid_hand,
+)
 from eyehand.errors import InputError
 
 FLANGE = "attachment_site"
@@ -46,6 +55,48 @@ def choose_arm(arm: str = "", frame: str = "") -> ReachingArm:
     if chosen == included:
         return included
     return replace(chosen, joints=reaching_robot(chosen).joint_names)
+
+
+def robot_with_hand(arm: str, hand: str, mount: Sequence[float] | None) -> GraspRobot | None:
+    """Return the robot of ``--arm``, ``--hand`` and ``--mount``; None without a hand.
+
+    Raises
+    ------
+    InputError
+        If arm and hand cannot be joined, or ``--mount`` has no ``--hand``.
+    """
+    if hand:
+        return make_robot(arm or INCLUDED_ARM, hand, None if mount is None else tuple(mount))
+    if mount is not None:
+        raise InputError("--mount needs --hand")
+    return None
+
+
+def carry_hand(arm: str, robot: GraspRobot, file: Path, frame: str = "") -> ReachingArm:
+    """Write an arm with its open hand, and return it as the arm of reaching scenes.
+
+    Parameters
+    ----------
+    arm
+        Name of the arm, for its published limits.
+    robot
+        Arm and hand. The hand is rigid.
+    file
+        MJCF file to write.
+    frame
+        Site or body that reaches; empty for the point between the fingertips, or the palm.
+
+    Raises
+    ------
+    InputError
+        If the robot cannot be compiled, or there is no such frame.
+    """
+    write_rigid_hand(robot, file)
+    known = ARMS.get(arm)
+    limits = (known.speed, known.acceleration) if known else ((), ())
+    made = ReachingArm(file.resolve(), frame or robot.frame, robot.joints, *limits)
+    reaching_robot(made)
+    return made
 
 
 @lru_cache(maxsize=2)

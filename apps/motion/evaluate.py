@@ -18,9 +18,10 @@ from eyehand.errors import InputError
 from ..bench import Provenance, machine_line, result_table, write_chart, write_csv
 from ..bench.machine import core_count
 from ..console import print_json, say, show, tracked
+from ..frame_masks import Numbers
 from ..process_end import end_with_parent
 from ..run_folder import claim_folder
-from .arm_choice import choose_arm, reaching_robot
+from .arm_choice import carry_hand, choose_arm, reaching_robot, robot_with_hand
 from .cycle_comparison import PAIRS, cycle_rows
 from .loop_times import loop_row
 from .moving_obstacles import TRIALS as MOVING_TRIALS
@@ -67,6 +68,8 @@ def evaluate_motion(
     seed: int = 0,
     boxes: int = 5,
     arm: str = "",
+    hand: str = "",
+    mount: Numbers = None,
     frame: str = "",
     place: Place = "boxes",
     goal: Goal = "position",
@@ -82,7 +85,7 @@ def evaluate_motion(
 
     An arm reaches for points among boxes. A separate collision model evaluates every cycle.
     Writes bench.png, bench.csv with the numbers behind it, and scenes.csv with one row per scene
-    and method.
+    and method. With a hand, robot.xml is the arm with the hand.
 
     Parameters
     ----------
@@ -95,8 +98,14 @@ def evaluate_motion(
     arm
         Arm: lbr (the default, included), panda, ur5e, iiwa14, or an MJCF or URDF file.
         EYEHAND_ROBOTS names the folder of the files. The lengths of the scenes follow its reach.
+    hand
+        Hand on the arm, open and rigid: own, panda, 2f85, allegro, or a file of a gripper.
+    mount
+        Pose of the hand's file in the arm's flange, where no default is known: x y z in m, roll
+        pitch yaw in rad.
     frame
-        Site or body that reaches. Default: attachment_site, the flange.
+        Site or body that reaches. Default: attachment_site, the flange; with a hand the point
+        between its fingertips, or its palm.
     place
         Surroundings of the goal: boxes, shelf, bin, or neighbours 60 mm wider apart than the arm.
     goal
@@ -118,19 +127,19 @@ def evaluate_motion(
         Print one JSON object on stdout. Tables then go to stderr.
     """
     _check_numbers(scenes, seed, boxes, loop)
-    options = ReachOptions(
-        time_limit=time_limit, goal=goal, place=place, arm=choose_arm(arm, frame)
-    )
-    if place == "neighbours" and arm not in ("", INCLUDED_ARM):
-        raise InputError("--place neighbours fits the included arm only")
+    if place == "neighbours" and (arm not in ("", INCLUDED_ARM) or hand):
+        raise InputError("--place neighbours fits the included arm without a hand only")
     methods = _selected_methods(only, baseline=baseline)
+    joined = robot_with_hand(arm, hand, mount)
+    claim_folder(out)
+    chosen = carry_hand(arm, joined, out / "robot.xml", frame) if joined else choose_arm(arm, frame)
+    options = ReachOptions(time_limit=time_limit, goal=goal, place=place, arm=chosen)
     robot = reaching_robot(options.arm)
     if baseline and robot.model.nq != robot.n and set(methods) & set(BASELINES):
         raise InputError(
             f"--arm {arm} has joints of a hand: mink needs an arm alone; give --no-baseline"
         )
     scenes = min(scenes, QUICK_SCENES) if quick else scenes
-    claim_folder(out)
     seeds = range(seed, seed + scenes)
     cases = [_ReachCase(method, each, boxes, options) for method in methods for each in seeds]
     records = _run(cases, processes=1 if quick else MAX_PROCESSES)
@@ -150,7 +159,7 @@ def evaluate_motion(
     moving = moving_rows(seed, QUICK_MOVING if quick else MOVING_TRIALS, options.arm)
     write_csv(out / "scenes.csv", [record.row() for record in records])
     where = _described(options, boxes)
-    named = Path(arm).stem if arm else "7-joint arm"
+    named = " with ".join(Path(part).stem for part in (arm or "7-joint arm", hand) if part)
     made = Provenance(f"{named}, {where}, 5 ms cycles", seed, scenes, "scene")
     write_chart(reach_chart(rows, made), out / "bench.png", [*rows, *cycles, *loops, *moving])
     title = f"{named} reaching, {where}: {scenes} scenes from seed {seed}"
@@ -170,6 +179,7 @@ def evaluate_motion(
             place=place,
             goal=goal,
             arm=arm or INCLUDED_ARM,
+            hand=hand,
             longest_s=time_limit,
             machine=machine_line(),
             out=str(out),

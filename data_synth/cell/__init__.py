@@ -20,6 +20,7 @@ from .hand_description import (
 )
 from .hand_frame import find_frame
 from .pad_friction import grip_pads
+from .rigid_hand import write_rigid_hand
 from .robot_names import (
     ARMS,
     FOLDER_VARIABLE,
@@ -73,4 +74,5 @@ __all__ = [
     "synergy_hand_model",
     "tendon_hand_model",
     "tip_array",
+    "write_rigid_hand",
 ]

@@ -216,11 +216,15 @@ class GraspRobot:
         return tendon_posture(moments, excursions, *springs)
 
     @property
+    def open_drives(self) -> NDArray[np.float64]:
+        """Excursions of the open hand, (D,), m."""
+        stroke = 0.0 if self.jaws is None else self.mechanism.stroke
+        return np.full(len(self.drives), stroke)
+
+    @property
     def open_posture(self) -> NDArray[np.float64]:
         """Joint angles of the open hand, (J,), rad or m."""
-        if self.jaws is not None:
-            return self.posture([self.mechanism.stroke])
-        return self.posture(np.zeros(len(self.drives)))
+        return self.posture(self.open_drives)
 
     def create_drives(
         self, model: Any, data: Any, prefix: str

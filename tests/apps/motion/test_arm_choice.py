@@ -7,11 +7,18 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import RigidTransform
 
 from eyehand.apps.main import main
-from eyehand.apps.motion.arm_choice import choose_arm, reaching_robot
+from eyehand.apps.motion.arm_choice import (
+    carry_hand,
+    choose_arm,
+    reaching_robot,
+    robot_with_hand,
+)
 from eyehand.apps.motion.reach_outcome import ReachOptions
 from eyehand.apps.motion.reach_run import run_scene
+from eyehand.control import RobotModel
 from eyehand.data_synth import LBR_ARM, ReachingArm
 from eyehand.data_synth.cell import FOLDER_VARIABLE
 from eyehand.data_synth.scenes import ArmClearance, make_reaching_scene
@@ -80,18 +87,56 @@ def test_arm_with_a_hand_keeps_its_fingers_at_home():
 
 
 @needs_files
+@pytest.mark.parametrize(("arm", "hand"), [("panda", "panda"), ("ur5e", "2f85"), ("lbr", "own")])
+def test_arm_carries_a_rigid_open_hand(arm, hand, tmp_path):
+    joined = robot_with_hand(arm, hand, None)
+    assert joined is not None
+    chosen = carry_hand(arm, joined, tmp_path / "robot.xml")
+    robot = reaching_robot(chosen)
+    assert robot.joint_names == joined.joints
+    # The pads and their distance are those of the robot that picks.
+    picks = RobotModel.load(
+        joined.description(joined.home, joined.open_drives, RigidTransform.identity()),
+        joined.frame,
+        joints=joined.joints,
+    )
+    np.testing.assert_allclose(
+        robot.at(joined.home).position, picks.at(joined.home).position, atol=1e-6
+    )
+    without = choose_arm(arm)
+    beyond = robot.at(joined.home).position - reaching_robot(without).at(joined.home).position
+    assert np.linalg.norm(beyond) > 0.05
+    scene = make_reaching_scene(0, boxes=1, arm=chosen)
+    assert ArmClearance(scene.obstacles, chosen).at(scene.start) >= 0.02
+
+
+@needs_files
+def test_mount_moves_the_hand(tmp_path):
+    places = []
+    for shift in (0.0, 0.03):
+        joined = robot_with_hand("ur5e", "2f85", [0.0, 0.0, shift, 0.0, 0.0, 0.0])
+        assert joined is not None
+        robot = reaching_robot(carry_hand("ur5e", joined, tmp_path / f"{shift}.xml"))
+        places.append(robot.at(joined.home).position)
+    assert np.linalg.norm(places[1] - places[0]) == pytest.approx(0.03)
+    with pytest.raises(InputError, match="--mount needs --hand"):
+        robot_with_hand("ur5e", "", [0.0] * 6)
+
+
+@needs_files
 def test_command_names_the_arm_and_runs_the_baseline(tmp_path, capsys):
     with pytest.raises(SystemExit) as exit_info:
         main(
             [
-                *("evaluate", "motion", "--arm", "ur5e", "--quick", "--scenes", "1"),
+                *("evaluate", "motion", "--arm", "ur5e", "--hand", "2f85"),
+                *("--quick", "--scenes", "1"),
                 *("--boxes", "1", "--only", "default", "--only", "mink"),
                 *("--out", str(tmp_path), "--json"),
             ]
         )
     assert not exit_info.value.code
     report = json.loads(capsys.readouterr().out)
-    assert report["arm"] == "ur5e"
+    assert (report["arm"], report["hand"]) == ("ur5e", "2f85")
     rows = {row["name"]: row for row in report["rows"]}
     assert rows["default"]["contacts"] == 0
     assert rows["mink"]["peak_acceleration_pct"] > 100
