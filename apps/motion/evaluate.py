@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
 from importlib.util import find_spec
 from multiprocessing import get_context
 from pathlib import Path
@@ -131,14 +132,16 @@ def evaluate_motion(
         raise InputError("--place neighbours fits the included arm without a hand only")
     methods = _selected_methods(only, baseline=baseline)
     joined = robot_with_hand(arm, hand, mount)
-    claim_folder(out)
-    chosen = carry_hand(arm, joined, out / "robot.xml", frame) if joined else choose_arm(arm, frame)
-    options = ReachOptions(time_limit=time_limit, goal=goal, place=place, arm=chosen)
+    alone = choose_arm() if joined else choose_arm(arm, frame)
+    options = ReachOptions(time_limit=time_limit, goal=goal, place=place, arm=alone)
     robot = reaching_robot(options.arm)
     if baseline and robot.model.nq != robot.n and set(methods) & set(BASELINES):
         raise InputError(
             f"--arm {arm} has joints of a hand: mink needs an arm alone; give --no-baseline"
         )
+    claim_folder(out)
+    if joined:
+        options = replace(options, arm=carry_hand(arm, joined, out / "robot.xml", frame))
     scenes = min(scenes, QUICK_SCENES) if quick else scenes
     seeds = range(seed, seed + scenes)
     cases = [_ReachCase(method, each, boxes, options) for method in methods for each in seeds]
