@@ -16,7 +16,7 @@ from eyehand.data_synth.cell import INCLUDED_ARM
 from eyehand.data_synth.scenes import MAX_BOXES, Place
 from eyehand.errors import InputError
 
-from ..bench import Provenance, machine_line, result_table, write_chart, write_csv
+from ..bench import Provenance, machine_line, write_chart, write_csv
 from ..bench.machine import core_count
 from ..console import print_json, say, show, tracked
 from ..frame_masks import Numbers
@@ -31,12 +31,12 @@ from .reach_chart import reach_chart
 from .reach_methods import BASELINE, BASELINE_PLANNED, BASELINES, METHODS, PLANNED
 from .reach_outcome import Goal, ReachOptions
 from .reach_run import ReachRecord, run_scene, summary_row
+from .reach_tables import cycle_table, loop_table, moving_table, reach_table
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Iterator, Sequence
 
     from numpy.typing import NDArray
-    from rich.table import Table
 
     from eyehand.data_synth import ReachingArm
 
@@ -128,17 +128,11 @@ def evaluate_motion(
         Print one JSON object on stdout. Tables then go to stderr.
     """
     _check_numbers(scenes, seed, boxes, loop)
-    if place == "neighbours" and (arm not in ("", INCLUDED_ARM) or hand):
-        raise InputError("--place neighbours fits the included arm without a hand only")
     methods = _selected_methods(only, baseline=baseline)
     joined = robot_with_hand(arm, hand, mount)
     alone = choose_arm() if joined else choose_arm(arm, frame)
     options = ReachOptions(time_limit=time_limit, goal=goal, place=place, arm=alone)
-    robot = reaching_robot(options.arm)
-    if baseline and robot.model.nq != robot.n and set(methods) & set(BASELINES):
-        raise InputError(
-            f"--arm {arm} has joints of a hand: mink needs an arm alone; give --no-baseline"
-        )
+    _check_arm(options, methods, arm, hand)
     claim_folder(out)
     if joined:
         options = replace(options, arm=carry_hand(arm, joined, out / "robot.xml", frame))
@@ -166,11 +160,11 @@ def evaluate_motion(
     made = Provenance(f"{named}, {where}, 5 ms cycles", seed, scenes, "scene")
     write_chart(reach_chart(rows, made), out / "bench.png", [*rows, *cycles, *loops, *moving])
     title = f"{named} reaching, {where}: {scenes} scenes from seed {seed}"
-    show(_reach_table(rows, title, time_limit), json_wanted=json)
-    show(_cycle_table(cycles), json_wanted=json)
-    show(_moving_table(moving), json_wanted=json)
+    show(reach_table(rows, title, time_limit), json_wanted=json)
+    show(cycle_table(cycles), json_wanted=json)
+    show(moving_table(moving), json_wanted=json)
     if loops:
-        show(_loop_table(loops), json_wanted=json)
+        show(loop_table(loops), json_wanted=json)
     say(f"every scene: {out / 'scenes.csv'}; chart: {out / 'bench.png'}")
     if json:
         print_json(
@@ -199,6 +193,16 @@ def _check_numbers(scenes: int, seed: int, boxes: int, loop: float) -> None:
         raise InputError(f"--boxes must be from 0 to {MAX_BOXES}, got {boxes}")
     if not 0.0 <= loop < float("inf"):
         raise InputError(f"--loop must be a finite time >= 0 s, got {loop:g}")
+
+
+def _check_arm(options: ReachOptions, methods: Sequence[str], arm: str, hand: str) -> None:
+    if options.place == "neighbours" and (arm not in ("", INCLUDED_ARM) or hand):
+        raise InputError("--place neighbours fits the included arm without a hand only")
+    robot = reaching_robot(options.arm)
+    if robot.model.nq != robot.n and set(methods) & set(BASELINES):
+        raise InputError(
+            f"--arm {arm} has joints of a hand: mink needs an arm alone; give --no-baseline"
+        )
 
 
 def _described(options: ReachOptions, boxes: int) -> str:
@@ -277,87 +281,3 @@ def _loop_rows(seed: int, seconds: float, arm: ReachingArm) -> list[dict[str, An
         return []
     say(f"calling the controller at 1 kHz for {seconds:g} s")
     return [loop_row(seed, seconds, arm)]
-
-
-def _reach_table(rows: Sequence[Mapping[str, Any]], title: str, time_limit: float) -> Table:
-    return result_table(
-        rows,
-        [
-            ("method", "{name}"),
-            ("success", "{success_pct:.1f}"),
-            ("95 %", "{success_low_pct:.0f}-{success_high_pct:.0f}"),
-            ("contacts", "{contacts}"),
-            ("stuck", "{stuck_pct:.1f}"),
-            ("late", "{late_pct:.1f}"),
-            ("clear mm", "{min_clearance_mm:.2f}"),
-            ("time s", "{time_p50_s:.1f}"),
-            ("90 %", "{time_p90_s:.1f}"),
-            ("acc. %", "{peak_acceleration_pct:.0f}"),
-            ("jerk %", "{peak_jerk_pct:.0f}"),
-            ("cycle µs", "{cycle_p50_us:.0f}"),
-            ("p99", "{cycle_p99_us:.0f}"),
-            ("p99.9", "{cycle_p999_us:.0f}"),
-            ("plan ms", "{plan_p50_ms:.0f}"),
-            ("p90", "{plan_p90_ms:.0f}"),
-        ],
-        title=title,
-        caption="success: goal reached to 1 mm without contact, %, with its 95 % interval; "
-        "contacts: number of scenes with a contact; stuck: stopped or gave up, %; "
-        f"late: not there after {time_limit:g} s, %; clear: smallest distance in all cycles; "
-        "time: to the goal, median and 90th percentile, a failure counts as the time limit; acc., "
-        "jerk: peaks in all cycles, start and stop included, % of the limits; cycle: time of a "
-        "control cycle, median, 99th and 99.9th percentile; plan: time of a search for a "
-        "path, median and 90th percentile",
-    )
-
-
-def _cycle_table(rows: Sequence[Mapping[str, Any]]) -> Table:
-    own = rows[0]["cycle_p50_us"]
-    return result_table(
-        [{**row, "ratio": row["cycle_p50_us"] / own} for row in rows],
-        [
-            ("method", "{name}"),
-            ("cycle µs", "{cycle_p50_us:.0f}"),
-            ("p99", "{cycle_p99_us:.0f}"),
-            ("ratio", "{ratio:.2f}"),
-        ],
-        title=f"one cycle with {PAIRS} distance pairs",
-        caption="the same postures and limits, timed in turns; ratio: to this package",
-    )
-
-
-def _loop_table(rows: Sequence[Mapping[str, Any]]) -> Table:
-    return result_table(
-        rows,
-        [
-            ("method", "{name}"),
-            ("calls", "{calls}"),
-            ("searches", "{searches}"),
-            ("step µs", "{step_p50_us:.0f}"),
-            ("p99.9", "{step_p999_us:.0f}"),
-            ("max", "{step_max_us:.0f}"),
-            ("processor p99.9", "{processor_p999_us:.0f}"),
-            ("max", "{processor_max_us:.0f}"),
-        ],
-        title="planned motions in real time at 1 kHz",
-        caption="time of a call, searches in the background; processor: without waiting for other "
-        "programs and threads",
-    )
-
-
-def _moving_table(rows: Sequence[Mapping[str, Any]]) -> Table:
-    return result_table(
-        rows,
-        [
-            ("solids", "{name}"),
-            ("trials", "{trials}"),
-            ("kept %", "{kept_pct:.1f}"),
-            ("touched", "{touched}"),
-            ("unnamed", "{unnamed}"),
-            ("clear mm", "{min_clearance_mm:.2f}"),
-            ("acc. %", "{peak_acceleration_pct:.0f}"),
-        ],
-        title="moving obstacles near the tool; the controller does not receive their velocity",
-        caption="kept: at least 5 mm in every cycle; unnamed: trials below 5 mm without a "
-        "status that says so; acc.: peak in % of the limit",
-    )
