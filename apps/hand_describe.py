@@ -114,8 +114,8 @@ def hand_describe(
     say(
         f"{hand.name}: opens {1e3 * hand.min_opening:.1f} to {1e3 * hand.stroke:.1f} mm, pads "
         f"{1e3 * hand.pad_width:.1f} x {1e3 * hand.pad_height:.1f} mm, finger depth "
-        f"{1e3 * hand.finger_depth:.1f} mm, {hand.force[0]:g} to {hand.force[1]:g} N, tool frame "
-        f"{1e3 * hand.mount_distance:.1f} mm from the mount"
+        f"{1e3 * hand.finger_depth:.1f} mm, {hand.force[0]:g} to {hand.force[1]:g} N on each jaw, "
+        f"tool frame {1e3 * hand.mount_distance:.1f} mm from the mount"
     )
     for remark in found.remarks:
         say(f"remark: {remark}")

@@ -9,6 +9,7 @@ import numpy as np
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.control import RobotModel
+from eyehand.errors import InputError
 
 from .hands import AnyCommand, HandModel, ParallelHand
 from .hands.finger_control import FingerControl
@@ -16,6 +17,7 @@ from .hands.jaw_control import JawControl
 from .hands.touch_monitor import TouchMonitor
 from .pick_options import PickOptions
 from .report import Phase, PhaseRecord
+from .robot_checks import check_robot, check_start
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -64,6 +66,12 @@ class Cell:
         Options of the pick.
     on_cycle
         Callback after every control cycle.
+
+    Raises
+    ------
+    InputError
+        If the robot lacks a member, one has a wrong type, the description cannot be loaded or has
+        no keyframe ``home``, or the first reading does not fit the description.
     """
 
     robot: Robot
@@ -73,6 +81,7 @@ class Cell:
     on_cycle: Callable[[CycleInfo], None] | None = None
 
     def __post_init__(self) -> None:
+        check_robot(self.robot)
         self.hand: HandControl = hand_control(self.robot.hand)
         """Commands and senses of the hand."""
         self.reading: RobotReading = self.robot.read()
@@ -95,6 +104,7 @@ class Cell:
         """What is wrong with the hand's sense of touch; empty if nothing."""
         self._touch: TouchMonitor | None = TouchMonitor()
         self._models: dict[tuple[float, ...], RobotModel] = {}
+        check_start(self.reading, self.robot, self._model_with_open_hand())
 
     def model(self, posture: NDArray[np.float64]) -> RobotModel:
         """Return the model of arm and hand in a posture of the hand (`HandControl.posture`)."""
@@ -102,7 +112,11 @@ class Cell:
         if key not in self._models:
             robot = self.robot
             described = robot.description(np.array(key))
-            self._models[key] = RobotModel.load(described, robot.hand_frame, joints=robot.joints)
+            try:
+                model = RobotModel.load(described, robot.hand_frame, joints=robot.joints)
+            except InputError as error:
+                raise InputError(f"robot.description(): {error}") from None
+            self._models[key] = model
         return self._models[key]
 
     def arm_state(self) -> RobotState:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import time
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, TypeAlias
@@ -19,6 +20,7 @@ from .pick import pick_object
 from .pick_verification import verify_pick
 from .planning import GraspOptions
 from .report import CLEAR, NOT_TRIED, NOTHING_GRASPABLE, ClearReport, PickReport
+from .robot_checks import check_frame
 from .scene_validation import validate_scene
 
 if TYPE_CHECKING:
@@ -31,6 +33,8 @@ if TYPE_CHECKING:
     from .tray import Tray
 
     Step: TypeAlias = "Callable[[_Clearing], Step | None]"
+
+_log = logging.getLogger("eyehand")
 
 HOME_SPEED = 7.0
 """Maximum norm of the joint velocities on the way to the rest posture at normal speed, rad/s."""
@@ -67,6 +71,8 @@ def clear_table(
     on_pick: Callable[[SelectedGrasp, PickReport | None], None] | None = None,
 ) -> ClearReport:
     """Put all graspable objects on the table into the tray.
+
+    The logger ``eyehand`` gets a line for each image and each pick, at the level INFO.
 
     Parameters
     ----------
@@ -124,7 +130,10 @@ class _Clearing:
         )
 
     def report_last_pick(self) -> None:
-        if self.on_pick is not None and self.grasp is not None:
+        if self.grasp is None:
+            return
+        _log.info("pick %d: %s", len(self.picks), self.picks[-1])
+        if self.on_pick is not None:
             self.on_pick(self.grasp, self.picks[-1])
 
     def add_failed_grasp(self) -> None:
@@ -145,6 +154,7 @@ def _observe(run: _Clearing) -> Step | None:
     run.compute_ms += milliseconds
     run.observations += 1
     if scene is not None:
+        _log.info("image %d: objects on the table: %d", run.observations, len(scene.objects))
         run.scene = scene
         return _verify
     fault = run.cell.reading.fault
@@ -152,6 +162,7 @@ def _observe(run: _Clearing) -> Step | None:
         # The arm over the tray may be the cause.
         run.move_home()
         return _observe
+    _log.info("image %d: %s", run.observations, problem)
     run.report_last_pick()
     run.stop_reason = fault or problem
     return None
@@ -259,7 +270,9 @@ def observe(cell: Cell) -> tuple[Scene | None, float, str]:
     for count in (1, MAX_FRAMES - 1):
         began = time.perf_counter()
         try:
-            frames += [cell.robot.capture() for _ in range(count)]
+            for _ in range(count):
+                frames.append(cell.robot.capture())
+                check_frame(frames[-1])
             began = time.perf_counter()
             frame = fuse_frames(frames)
             scene = _without_tray(cell.perceive(frame), cell.tray)

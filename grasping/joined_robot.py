@@ -13,6 +13,7 @@ from eyehand.perception import DepthFrame
 
 from .hands import AnyCommand, AnyReading, HandModel, ParallelHand
 from .robot import Arm, ArmReading, Camera, Hand, RobotReading
+from .robot_checks import ARM, CAMERA, HAND, check_members, check_type
 
 STALE_SECONDS = 0.3
 """Time without a new state of the arm after which it counts as stopped, s. It is ten times the
@@ -43,6 +44,11 @@ class JoinedRobot:
         Function of the hand's posture, as `Robot.description`.
     hand_frame
         Name of the hand's frame in that description.
+
+    Raises
+    ------
+    InputError
+        If a driver lacks a member, or its first reading has a wrong type.
     """
 
     def __init__(
@@ -53,6 +59,9 @@ class JoinedRobot:
         describe: Callable[[NDArray[np.float64]], Any],
         hand_frame: str,
     ) -> None:
+        check_members(arm, ARM, "Arm")
+        check_members(hand, HAND, "Hand")
+        check_members(camera, CAMERA, "Camera")
         self._arm, self._hand, self._camera = arm, hand, camera
         self._describe, self._hand_frame = describe, hand_frame
         self._fault = ""
@@ -61,6 +70,7 @@ class JoinedRobot:
         self._wanted = np.zeros(len(arm.joints))
         self._start_q = np.zeros(len(arm.joints))
         self._state = arm.read()
+        check_type(self._state, ArmReading, "arm.read()")
         self._hand_state: AnyReading = hand.read()
 
     @property

@@ -118,6 +118,11 @@ class PickReport:
     def __bool__(self) -> bool:
         return self.outcome == "placed"
 
+    def __str__(self) -> str:
+        """Return a line: "box, precision from the top: placed, 5.1 s" of robot time."""
+        why = f" ({self.reason})" if self.reason else ""
+        return f"{self.kind}, {self.plan.name}: {self.outcome}{why}, {self.seconds:.1f} s"
+
     @property
     def seconds(self) -> float:
         """Robot time from the first phase to the end, s."""

@@ -36,15 +36,15 @@ class TactileArray:
         positive, or a pair of neighbours is wrong.
     """
 
-    positions: NDArray[np.float64]
+    positions: NDArray[np.float64] = field(repr=False)
     """Tactel centres in the sensor's frame, (N, 3), m. The z-axis points towards the object."""
-    normals: NDArray[np.float64]
+    normals: NDArray[np.float64] = field(repr=False)
     """Unit outward normals, (N, 3)."""
     area: float
     """Sensitive area of one tactel, m²; the mean if they differ."""
-    neighbours: NDArray[np.int32]
+    neighbours: NDArray[np.int32] = field(repr=False)
     """Pairs of adjacent tactels, (L, 2), each pair once."""
-    areas: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
+    areas: NDArray[np.float64] = field(default_factory=lambda: np.empty(0), repr=False)
     """Sensitive area of each tactel, (N,), m². By default, all have `area`."""
     grid: tuple[int, int] | None = None
     """Rows (along y) and columns of an even grid, in this order; None for other arrays."""

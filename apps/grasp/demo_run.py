@@ -90,7 +90,7 @@ def run_demo(
         scorer.on_pick(choice, report)
         if report is not None:
             reports.append(report)
-            say(f"pick {len(reports)}: {_pick_words(report)}")
+            say(f"pick {len(reports)}: {report}")
         with observing():
             for observer in following:
                 observer.on_pick(choice, report)
@@ -109,9 +109,3 @@ def run_demo(
         result=result,
         fingers=cell.hand.fingers,
     )
-
-
-def _pick_words(report: PickReport) -> str:
-    """Describe a pick in a line: "box, precision from the top: placed, 5.1 s" of simulated time."""
-    why = f" ({report.reason})" if report.reason else ""
-    return f"{report.kind}, {report.plan.name}: {report.outcome}{why}, {report.seconds:.1f} s"

@@ -183,8 +183,8 @@ def _downloaded(name: str) -> Path:
         return Path(mujoco_menagerie.get(folder).path(progress=None)) / file
     except (mujoco_menagerie.MenagerieError, OSError) as error:
         raise InputError(
-            f"mujoco-menagerie cannot provide {folder}: {' '.join(str(error).split())}; "
-            f"name a folder with it in {FOLDER_VARIABLE}"
+            f"cannot download the files of {folder}: {' '.join(str(error).split())}; "
+            f"without a connection, name a folder that holds {name} in {FOLDER_VARIABLE}"
         ) from None
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Iterable
 from difflib import get_close_matches
 
@@ -13,7 +14,7 @@ than `T_world_camera`, has 0.79."""
 
 
 def refuse_misspelt_keys(keys: Collection[str], optional: Iterable[str]) -> None:
-    """Check that no key resembles an optional one that is missing.
+    """Check that no key resembles an optional one that is missing, or names the inverse pose.
 
     Other unknown keys are allowed. A misspelt key that must be there is reported as missing.
 
@@ -27,7 +28,7 @@ def refuse_misspelt_keys(keys: Collection[str], optional: Iterable[str]) -> None
     Raises
     ------
     InputError
-        If a key is misspelt.
+        If a key is misspelt, or stands for the inverse.
 
     Examples
     --------
@@ -35,10 +36,16 @@ def refuse_misspelt_keys(keys: Collection[str], optional: Iterable[str]) -> None
     >>> refuse_misspelt_keys(["fx", "T_world_cam"], ["T_world_camera"])
     Traceback (most recent call last):
     eyehand.errors.base.InputError: unknown key T_world_cam: did you mean T_world_camera?
+    >>> refuse_misspelt_keys(["fx", "T_camera_world"], ["T_world_camera"])
+    Traceback (most recent call last):
+    eyehand.errors.base.InputError: T_camera_world must be given as its inverse T_world_camera
     """
     known = list(optional)
     missing = [key for key in known if key not in keys]
     for key in keys:
+        inverse = re.sub(r"^T_([a-z]+)_([a-z]+)$", r"T_\2_\1", key)
+        if inverse in missing:
+            raise InputError(f"{key} must be given as its inverse {inverse}")
         near = [] if key in known else get_close_matches(key, missing, 1, cutoff=MIN_SIMILARITY)
         if near:
             raise InputError(f"unknown key {key}: did you mean {near[0]}?")

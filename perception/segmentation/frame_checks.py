@@ -28,6 +28,11 @@ table is estimated to 0.5°. A larger angle usually means a wrong camera pose, w
 centimetres on the table."""
 MAX_ASPECT = 1.2
 """Maximum ratio of the focal lengths, either way. Pixels of depth cameras are square within 2 %."""
+SCALED_SIZES = ((0.5, 70.0, 180.0), (2.0, 0.0, 55.0))
+"""Sizes of the image that wrong intrinsics belong to, in sizes of this image, and the field of view
+that they then have here, °. Depth cameras have 45 to 90°; a part of an image has less."""
+CENTRE_SHARE = 0.03
+"""Maximum distance of the principal point of such an image from its middle, in image sizes."""
 STEP = 7
 """Distance of the pixels whose spread is measured, px. It leaves thousands of them."""
 MIN_READINGS = 50
@@ -170,4 +175,11 @@ def _camera_fault(camera: CameraIntrinsics) -> str:
         )
     if max(camera.fx / camera.fy, camera.fy / camera.fx) > MAX_ASPECT:
         return f"the focal lengths fx = {camera.fx:g} px and fy = {camera.fy:g} px differ too much"
+    for scale, least, most in SCALED_SIZES:
+        x, y = camera.cx / (scale * camera.width), camera.cy / (scale * camera.height)
+        if max(abs(x - 0.5), abs(y - 0.5)) < CENTRE_SHARE and least < angle < most:
+            return (
+                f"fx = {camera.fx:g} px and the principal point ({camera.cx:g}, {camera.cy:g}) px "
+                f"belong to an image {scale:g} times as large, not to {size}"
+            )
     return ""

@@ -137,6 +137,17 @@ def test_arm_stands_still_at_every_capture():
     assert max(robot.speeds) == 0.0
 
 
+def test_every_image_and_pick_gets_a_line(caplog):
+    caplog.set_level("INFO", "eyehand")
+
+    report, _ = cleared(FakeRobot(), [box()])
+
+    lines = [record.getMessage() for record in caplog.records]
+    assert lines[0] == "image 1: objects on the table: 1"
+    assert lines.count(f"pick 1: {report.picks[0]}") == 1
+    assert str(report.picks[0]).startswith("box, ")
+
+
 def test_table_is_clear_only_after_observation_from_rest_posture():
     robot = FakeRobot()
     cell = trial_cell(robot, [box()], [])

@@ -97,3 +97,7 @@ def test_array_rejects_invalid_fields(fields, message):
 def test_curved_pad_rejects_more_than_half_a_cylinder():
     with pytest.raises(InputError, match="half a cylinder"):
         TactileArray.curved(radius=0.02)
+
+
+def test_description_is_printed_in_a_line():
+    assert repr(TactileArray.flat(2, 3)) == "TactileArray(area=2.5e-05, grid=(2, 3))"

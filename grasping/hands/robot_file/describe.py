@@ -177,7 +177,6 @@ def _described(
         tool=_tool_pose(postures),
         joints=_joints(motion, everything=bool(pinch)),
         source=f"{path.name}, read by eyehand hand describe",
-        checked=True,
         notes="; ".join(remarks),
     )
     return DescribedHand(

@@ -187,5 +187,7 @@ def test_offline_package_is_one_line(monkeypatch):
 
     monkeypatch.delenv(FOLDER_VARIABLE)
     monkeypatch.setitem(__import__("sys").modules, "mujoco_menagerie", Offline())
-    with pytest.raises(InputError, match="cannot provide franka_emika_panda: cannot reach the"):
+    with pytest.raises(
+        InputError, match="cannot download the files of franka_emika_panda: cannot reach the"
+    ):
         robot_file("franka_emika_panda/panda.xml")

@@ -53,6 +53,14 @@ def test_constant_image_is_warned_about(share, expected):
         ({"cy": 480.0}, "principal point"),
         ({"fx": 20.0, "fy": 20.0}, "field of view is 172.8°"),
         ({"fx": 9000.0, "fy": 9000.0}, "field of view is 4.1°"),
+        (
+            {"fx": 262.5, "fy": 262.5, "cx": 159.5, "cy": 119.5},
+            "(159.5, 119.5) px belong to an image 0.5 times as large, not to 640 x 480 px",
+        ),
+        (
+            {"fx": 1050.0, "fy": 1050.0, "cx": 639.5, "cy": 479.5},
+            "belong to an image 2 times as large",
+        ),
         ({"fx": 1050.0}, "fx = 1050 px and fy = 525 px differ too much"),
     ],
 )

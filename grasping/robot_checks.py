@@ -1,0 +1,125 @@
+"""Check a robot class and its drivers before the first motion."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from eyehand.errors import InputError
+from eyehand.perception import DepthFrame
+
+from .hands import HandModel, HandReading, JawReading, ParallelHand
+from .robot import RobotReading
+
+if TYPE_CHECKING:
+    from eyehand.control import RobotModel
+
+    from .robot import Robot
+
+ROBOT = ("hand", "hand_frame", "joints", "period", "description", "capture", "read", "step")
+ARM = ("joints", "period", "read", "step")
+HAND = ("model", "read", "move")
+CAMERA = ("capture",)
+"""Members of the protocols `Robot`, `Arm`, `Hand` and `Camera`."""
+METHODS = {"description", "capture", "read", "step", "move"}
+HOME = "home"
+"""Name of the keyframe with the rest posture."""
+JOINT_MARGIN = 0.1
+"""Distance by which a measured joint may exceed its limit, rad or m. It covers errors of encoders
+and of the robot's file."""
+WIDTH_MARGIN = 0.02
+"""Distance by which a measured width may exceed the stroke of the hand, m."""
+
+
+def check_members(part: object, members: tuple[str, ...], protocol: str) -> None:
+    """Raise an `InputError` that lists the members that an object lacks for a protocol."""
+    name = type(part).__name__
+    if isinstance(part, type):
+        raise InputError(f"{protocol}: {part.__name__} is a class, pass an object of it")
+    missing = [member for member in members if not hasattr(part, member)]
+    if missing:
+        raise InputError(
+            f"{name} lacks {', '.join(missing)}: "
+            f"eyehand.grasping.{protocol} has {', '.join(members)}"
+        )
+    values = [name for name in members if name in METHODS and not callable(getattr(part, name))]
+    if values:
+        raise InputError(f"{name}.{values[0]} must be a method, got {getattr(part, values[0])!r}")
+
+
+def check_type(value: object, kinds: type | tuple[type, ...], what: str) -> None:
+    """Raise an `InputError` if a value has none of the types."""
+    if not isinstance(value, kinds):
+        names = [kind.__name__ for kind in (kinds if isinstance(kinds, tuple) else (kinds,))]
+        raise InputError(f"{what} must be a {' or '.join(names)}, got a {type(value).__name__}")
+
+
+def check_robot(robot: Robot) -> None:
+    """Check the members of a robot.
+
+    Raises
+    ------
+    InputError
+        If a member is missing or has a wrong type.
+    """
+    check_members(robot, ROBOT, "Robot")
+    check_type(robot.hand, (HandModel, ParallelHand), "robot.hand")
+    check_type(robot.hand_frame, str, "robot.hand_frame")
+    if isinstance(robot.joints, str) or not all(isinstance(name, str) for name in robot.joints):
+        raise InputError(
+            f"robot.joints must be the names of the arm's joints, got {robot.joints!r}"
+        )
+    if not 0.0 < robot.period < 1.0:
+        raise InputError(f"robot.period must be 0 to 1 s, got {robot.period}")
+
+
+def check_start(reading: Any, robot: Robot, model: RobotModel) -> None:
+    """Check the rest posture in the model of a robot, and the first reading.
+
+    Raises
+    ------
+    InputError
+        If the model has no keyframe ``home``, a type or shape is wrong, a number is not finite, or
+        a joint or the width of the hand is far outside its range.
+    """
+    if not any(key.name == HOME for key in model.spec.keys):
+        raise InputError(
+            f"robot.description() has no keyframe {HOME!r}: add the rest posture of the arm, "
+            f"outside the image, with MjSpec.add_key(name={HOME!r}, qpos=...)"
+        )
+    check_type(reading, RobotReading, "robot.read()")
+    jaws = isinstance(robot.hand, ParallelHand)
+    check_type(reading.hand, JawReading if jaws else HandReading, "robot.read().hand")
+    for name in ("q", "velocity"):
+        value = np.asarray(getattr(reading, name), dtype=np.float64)
+        if value.shape != (model.n,) or not np.isfinite(value).all():
+            raise InputError(
+                f"robot.read().{name} must be {model.n} finite numbers, one for each of "
+                f"robot.joints, got {value.tolist()}"
+            )
+    q = np.asarray(reading.q)
+    outside = (q < model.lower - JOINT_MARGIN) | (q > model.upper + JOINT_MARGIN)
+    if outside.any():
+        k = int(np.argmax(outside))
+        raise InputError(
+            f"robot.read().q: joint {model.joint_names[k]} is at {q[k]:.4g}, its limits are "
+            f"{model.lower[k]:.4g} to {model.upper[k]:.4g}; angles must be in rad, not in degrees"
+        )
+    if isinstance(robot.hand, ParallelHand):
+        width, stroke = reading.hand.width, robot.hand.stroke
+        if not -WIDTH_MARGIN <= width <= stroke + WIDTH_MARGIN:
+            raise InputError(
+                f"robot.read().hand.width must be 0 to {stroke:g} m, got {width:.4g}: "
+                "write it in m, not in mm"
+            )
+
+
+def check_frame(frame: Any) -> None:
+    """Raise an `InputError` if what ``capture()`` returned is no depth frame with a pose."""
+    check_type(frame, DepthFrame, "robot.capture()")
+    if frame.T_world_camera is None:
+        raise InputError(
+            "robot.capture() returned a frame without a pose: "
+            "pass DepthFrame(depth, intrinsics, T_world_camera)"
+        )

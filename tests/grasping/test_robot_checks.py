@@ -1,0 +1,106 @@
+"""Robot classes with a mistake are refused in one line before they move."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from eyehand.errors import InputError
+from eyehand.grasping import Cell, JawReading, JoinedRobot, Tray, clear_table, load_hand
+from eyehand.grasping.robot_checks import check_start
+from eyehand.perception import CameraIntrinsics, DepthFrame
+
+from .fake_robot import HAND, FakeRobot
+
+TRAY = Tray(np.array([0.43, -0.19, 0.006]), (0.25, 0.36), 0.07)
+
+
+def no_scene(frame):
+    pytest.fail("no image is perceived")
+
+
+def refusal(robot) -> str:
+    with pytest.raises(InputError) as error:
+        Cell(robot, no_scene, TRAY)
+    assert "\n" not in str(error.value)
+    return str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("member", "value", "words"),
+    [
+        ("hand", "panda", "robot.hand must be a HandModel or ParallelHand, got a str"),
+        ("hand_frame", None, "robot.hand_frame must be a str"),
+        ("joints", "joint1", "must be the names of the arm's joints"),
+        ("period", 4.0, "robot.period must be 0 to 1 s, got 4.0"),
+        ("capture", 3, "FakeRobot.capture must be a method, got 3"),
+        ("description", lambda _: None, "robot.description(): robot: the source must be a path"),
+        ("read", lambda: (0.0, [0.0]), "robot.read() must be a RobotReading, got a tuple"),
+    ],
+)
+def test_wrong_member_is_named(member, value, words):
+    robot = FakeRobot()
+    setattr(robot, member, value)
+
+    assert words in refusal(robot)
+
+
+def test_missing_members_are_listed():
+    class Empty:
+        hand = None
+
+    assert refusal(Empty()).startswith("Empty lacks hand_frame, joints, period, description, capt")
+    assert refusal(FakeRobot) == "Robot: FakeRobot is a class, pass an object of it"
+
+
+def test_missing_members_of_a_driver_are_listed():
+    with pytest.raises(InputError, match="object lacks joints, period, read, step: eyehand"):
+        JoinedRobot(object(), object(), object(), lambda _: "", "palm")  # pyright: ignore[reportArgumentType]
+
+
+@pytest.mark.parametrize(
+    ("q", "words"),
+    [
+        (np.degrees, "its limits are .* angles must be in rad, not in degrees"),
+        (lambda q: q[:-1], r"read\(\).q must be . finite numbers"),
+        (lambda q: q * np.nan, r"read\(\).q must be . finite numbers"),
+    ],
+)
+def test_wrong_joint_angles_are_refused(q, words, monkeypatch):
+    robot = FakeRobot()
+    reading = replace(robot.read(), q=q(robot.q))
+    monkeypatch.setattr(robot, "read", lambda: reading)
+
+    with pytest.raises(InputError, match=words):
+        Cell(robot, no_scene, TRAY)
+
+
+def test_description_without_a_rest_posture_is_refused(monkeypatch):
+    robot = FakeRobot()
+    spec = robot.description(np.array(HAND.excursions[-1])).copy()
+    spec.delete(spec.key("home"))
+    monkeypatch.setattr(robot, "description", lambda _: spec)
+
+    assert "no keyframe 'home'" in refusal(robot)
+
+
+def test_width_in_millimetres_is_refused():
+    robot = FakeRobot()
+    cell = Cell(robot, no_scene, TRAY)
+    model = cell.model(cell.hand.posture(cell.hand.max_opening))
+    robot.hand = load_hand("panda")
+
+    with pytest.raises(InputError, match="write it in m, not in mm"):
+        check_start(replace(robot.read(), hand=JawReading(80.0)), robot, model)
+
+
+def test_frame_without_a_pose_ends_clearing():
+    robot = FakeRobot()
+    camera = CameraIntrinsics(100.0, 100.0, 15.5, 11.5, 32, 24)
+    robot.capture = lambda: DepthFrame(np.ones((24, 32), np.float32), camera)
+
+    report = clear_table(Cell(robot, no_scene, TRAY))
+
+    assert "frame without a pose: pass DepthFrame(depth, intrinsics, T_world" in report.stop_reason
