@@ -83,7 +83,7 @@ def check_start(reading: Any, robot: Robot, model: RobotModel) -> None:
         If the model has no keyframe ``home``, a type or shape is wrong, a number is not finite, or
         a joint or the width of the hand is far outside its range.
     """
-    if not any(key.name == HOME for key in model.spec.keys):
+    if HOME not in [model.model.key(k).name for k in range(model.model.nkey)]:
         raise InputError(
             f"robot.description() has no keyframe {HOME!r}: add the rest posture of the arm, "
             f"outside the image, with MjSpec.add_key(name={HOME!r}, qpos=...)"

@@ -200,6 +200,12 @@ def test_misspelt_optional_key_is_rejected(tmp_path: Path, key: str, meant: str)
             read_camera_file(path, 640, 480)
 
 
+def test_inverse_pose_is_rejected(tmp_path: Path) -> None:
+    path = _write(tmp_path, FLAT | {"T_camera_world": 1})
+    with pytest.raises(InputError, match="T_camera_world must be given as its inverse T_world_cam"):
+        read_camera_file(path, 640, 480)
+
+
 def test_other_unknown_keys_are_allowed(tmp_path: Path) -> None:
     added = {"T_wrist_camera": 1, "distortion": [], "cam_R_w2c": ROW_MAJOR, "height_m": 0.8}
     assert read_intrinsics(_write(tmp_path, FLAT | added), 640, 480) == K
