@@ -86,11 +86,11 @@ def test_description_without_a_rest_posture_is_refused(monkeypatch):
     assert "no keyframe 'home'" in refusal(robot)
 
 
-def test_width_in_millimetres_is_refused():
+def test_width_in_millimetres_is_refused(monkeypatch):
     robot = FakeRobot()
     cell = Cell(robot, no_scene, TRAY)
     model = cell.model(cell.hand.posture(cell.hand.max_opening))
-    robot.hand = load_hand("panda")
+    monkeypatch.setattr(robot, "hand", load_hand("panda"))
 
     with pytest.raises(InputError, match="write it in m, not in mm"):
         check_start(replace(robot.read(), hand=JawReading(80.0)), robot, model)
