@@ -52,7 +52,7 @@ PRINTED = {
     "from scipy.spatial.transform import RigidTransform, Rotation": "hand [[",
     "from eyehand.control": "reached",
     "from eyehand.perception import perceive\nfrom eyehand.perception.cameras": "6 objects",
-    "import numpy as np\nfrom eyehand.apps": "ended: clear",
+    "import logging": "ended: clear",
     "import numpy as np\nfrom eyehand.tactile": "0 dead tactels",
     "import numpy as np\nfrom scipy": "1 object",
     "from eyehand.data_synth.pad": "no fault, phase task",
