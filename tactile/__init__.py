@@ -20,7 +20,7 @@ from .contour_step import ContourPoint
 from .feature_reader import FeatureReader
 from .features import ContactFeatures, FeatureOptions, contact_features, contact_region
 from .friction_pull import FrictionPull
-from .glove import Glove, GloveReader, HandFeatures, hand_features
+from .glove import Glove, HandFeatures
 from .grip_laws import GripLaw, GripReading, LoadGrip, LoadGripOptions, SlipGrip
 from .hough import HoughOptions, hough_axis
 from .image import TactileArray, TactileImage, tangents
@@ -54,7 +54,6 @@ __all__ = [
     "FoamMemory",
     "FrictionPull",
     "Glove",
-    "GloveReader",
     "GripLaw",
     "GripReading",
     "HandFeatures",
@@ -83,7 +82,6 @@ __all__ = [
     "contact_region",
     "fit_decoder",
     "fit_memory",
-    "hand_features",
     "hough_axis",
     "identify_timing",
     "load_calibration",

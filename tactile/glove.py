@@ -60,40 +60,43 @@ class Glove:
         )
         """All tactels as one list for `sensors.SensorInfo`. Each is in its patch's frame."""
 
+    def reader(
+        self, calibration: Calibration, options: FeatureOptions | None = None
+    ) -> GloveReader:
+        """Return a reader of the features of each patch.
 
-class GloveReader:
-    """Compute the features of each patch of a glove.
+        Parameters
+        ----------
+        calibration
+            Calibration of all tactels.
+        options
+            Detection and description of a contact. Patches are small: with `min_tactels` of 1, a
+            single tactel is a contact.
 
-    Parameters
-    ----------
-    glove
-        The glove.
-    calibration
-        Calibration of all its tactels.
-    options
-        Detection and description of a contact. Patches are small: with `min_tactels` of 1, a
-        single tactel is a contact.
-
-    Raises
-    ------
-    InputError
-        If the calibration belongs to another number of tactels.
-    """
-
-    def __init__(
-        self, glove: Glove, calibration: Calibration, options: FeatureOptions | None = None
-    ) -> None:
-        count = len(glove.array.positions)
+        Raises
+        ------
+        InputError
+            If the calibration belongs to another number of tactels.
+        """
+        count = len(self.array.positions)
         if len(calibration.rest) != count:
             raise InputError(
                 f"the calibration must have {count} tactels like the glove, got "
                 f"{len(calibration.rest)}"
             )
-        self._slices = glove.slices
-        self._readers = {
-            name: FeatureReader(_part(calibration, glove.slices[name]), array, options)
-            for name, array in glove.patches.items()
+        readers = {
+            name: FeatureReader(_part(calibration, self.slices[name]), array, options)
+            for name, array in self.patches.items()
         }
+        return GloveReader(readers, self.slices)
+
+
+@dataclass(frozen=True)
+class GloveReader:
+    """The features of each patch of a glove, made by :meth:`Glove.reader`."""
+
+    _readers: Mapping[str, FeatureReader]
+    _slices: Mapping[str, slice]
 
     def read(self, raw: NDArray[np.uint16]) -> dict[str, ContactFeatures]:
         """Return the features of each patch, in its own frame, from readings (N,) uint16."""
@@ -123,37 +126,37 @@ class HandFeatures:
         """Share of the forces that oppose each other, 0..1: 0 is a push, 1 is a closed grip."""
         return 1.0 - float(np.linalg.norm(self.force)) / self.squeeze if self else 0.0
 
+    @classmethod
+    def of_patches(
+        cls, features: Mapping[str, ContactFeatures], poses: Mapping[str, RigidTransform]
+    ) -> HandFeatures:
+        """Join the features of all patches to those of the hand.
 
-def hand_features(
-    features: Mapping[str, ContactFeatures], poses: Mapping[str, RigidTransform]
-) -> HandFeatures:
-    """Join the features of all patches to those of the hand.
+        Parameters
+        ----------
+        features
+            Features of each patch by its name.
+        poses
+            T_hand_patch of each of these patches, from the joints of the hand.
 
-    Parameters
-    ----------
-    features
-        Features of each patch by its name.
-    poses
-        T_hand_patch of each of these patches, from the joints of the hand.
-
-    Raises
-    ------
-    InputError
-        If a patch in contact has no pose.
-    """
-    force, torque, centre, squeeze = np.zeros(3), np.zeros(3), np.zeros(3), 0.0
-    touching = tuple(name for name, contact in features.items() if contact)
-    for name in touching:
-        if name not in poses:
-            raise InputError(f"patch {name} has no pose; poses are known of {sorted(poses)}")
-        contact, pose = features[name], poses[name]
-        push = contact.force * pose.rotation.apply(contact.normal)
-        place = pose.apply(contact.centre)
-        force += push
-        torque += np.cross(place, push)
-        centre += contact.force * place
-        squeeze += contact.force
-    return HandFeatures(touching, force, torque, squeeze, centre / max(squeeze, 1e-300))
+        Raises
+        ------
+        InputError
+            If a patch in contact has no pose.
+        """
+        force, torque, centre, squeeze = np.zeros(3), np.zeros(3), np.zeros(3), 0.0
+        touching = tuple(name for name, contact in features.items() if contact)
+        for name in touching:
+            if name not in poses:
+                raise InputError(f"patch {name} has no pose; poses are known of {sorted(poses)}")
+            contact, pose = features[name], poses[name]
+            push = contact.force * pose.rotation.apply(contact.normal)
+            place = pose.apply(contact.centre)
+            force += push
+            torque += np.cross(place, push)
+            centre += contact.force * place
+            squeeze += contact.force
+        return cls(touching, force, torque, squeeze, centre / max(squeeze, 1e-300))
 
 
 def _part(calibration: Calibration, part: slice) -> Calibration:

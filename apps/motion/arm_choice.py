@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from eyehand.control import RobotModel
+from eyehand.control import RobotModel, visual_gaps
 from eyehand.data_synth import ReachingArm
 from eyehand.data_synth.cell import (
     ARMS,
@@ -20,6 +20,8 @@ from eyehand.data_synth.cell import (
     write_rigid_hand,
 )
 from eyehand.errors import InputError
+
+from ..console import say
 
 FLANGE = "attachment_site"
 """Site that carries the tool in files of the MuJoCo Menagerie."""
@@ -119,3 +121,12 @@ def reaching_robot(arm: ReachingArm) -> RobotModel:
             f"{', '.join(robot.joint_names)} has none"
         )
     return robot
+
+
+def report_visual_gap(robot: RobotModel) -> None:
+    """Print the largest distance by which a link stands out of its collision shapes, if any."""
+    for gap in visual_gaps(robot)[:1]:
+        say(
+            f"obstacles may come {1e3 * gap.gap:.1f} mm nearer than the margin: the visual mesh of "
+            f"{gap.link} stands out of its collision shapes"
+        )

@@ -22,7 +22,7 @@ from ..console import print_json, say, show, tracked
 from ..frame_masks import Numbers
 from ..process_end import end_with_parent
 from ..run_folder import claim_folder
-from .arm_choice import carry_hand, choose_arm, reaching_robot, robot_with_hand
+from .arm_choice import carry_hand, choose_arm, reaching_robot, report_visual_gap, robot_with_hand
 from .cycle_comparison import PAIRS, cycle_rows
 from .loop_times import loop_row
 from .moving_obstacles import TRIALS as MOVING_TRIALS
@@ -136,6 +136,7 @@ def evaluate_motion(
     claim_folder(out)
     if joined:
         options = replace(options, arm=carry_hand(arm, joined, out / "robot.xml", frame))
+    report_visual_gap(reaching_robot(options.arm))
     scenes = min(scenes, QUICK_SCENES) if quick else scenes
     seeds = range(seed, seed + scenes)
     cases = [_ReachCase(method, each, boxes, options) for method in methods for each in seeds]
@@ -160,11 +161,9 @@ def evaluate_motion(
     made = Provenance(f"{named}, {where}, 5 ms cycles", seed, scenes, "scene")
     write_chart(reach_chart(rows, made), out / "bench.png", [*rows, *cycles, *loops, *moving])
     title = f"{named} reaching, {where}: {scenes} scenes from seed {seed}"
-    show(reach_table(rows, title, time_limit), json_wanted=json)
-    show(cycle_table(cycles), json_wanted=json)
-    show(moving_table(moving), json_wanted=json)
-    if loops:
-        show(loop_table(loops), json_wanted=json)
+    tables = [reach_table(rows, title, time_limit), cycle_table(cycles), moving_table(moving)]
+    for table in [*tables, *([loop_table(loops)] if loops else [])]:
+        show(table, json_wanted=json)
     say(f"every scene: {out / 'scenes.csv'}; chart: {out / 'bench.png'}")
     if json:
         print_json(

@@ -31,7 +31,6 @@ from .robot_names import (
     robot_file,
 )
 from .sim_robot import SimRobot
-from .simulated_glove import SimulatedGlove
 from .spec_assembly import match_options
 from .synergy_drives import SynergyDrives
 from .synergy_hand_model import synergy_hand_model
@@ -58,7 +57,6 @@ __all__ = [
     "GraspWorld",
     "HandDescription",
     "SimRobot",
-    "SimulatedGlove",
     "SynergyDrives",
     "camera_pose",
     "execute_grasp",

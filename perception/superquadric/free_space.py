@@ -180,6 +180,19 @@ def outline_shares(
     )
 
 
+def solid_parameters(
+    solid: Superquadric, unit: float = 1.0, origin: NDArray[np.float64] | float = 0.0
+) -> ShapeParameters:
+    """Return the parameters of a solid in a frame with this unit, m, and origin (3,), m."""
+    return ShapeParameters(
+        log_axes=np.log(solid.semi_axes / unit),
+        exponents=np.array(solid.exponents),
+        R=np.ascontiguousarray(solid.rotation),
+        centre=(solid.centre - origin) / unit,
+        taper=np.array(solid.taper),
+    )
+
+
 def ray_states(
     solids: Iterable[Superquadric], free_space: FreeSpace, tolerance: float
 ) -> NDArray[np.int8]:
@@ -189,13 +202,7 @@ def ray_states(
     """
     states = np.zeros(len(free_space.rays), dtype=np.int8)
     for solid in solids:
-        shape = ShapeParameters(
-            np.log(solid.semi_axes),
-            np.array(solid.exponents),
-            np.ascontiguousarray(solid.rotation),
-            solid.centre,
-            np.array(solid.taper),
-        )
+        shape = solid_parameters(solid)
         depth = free_space.depth - tolerance
         own = covers_free_space(free_space.rays, depth, free_space.origin, shape)
         np.maximum(states, own, out=states)

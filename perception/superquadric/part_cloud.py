@@ -11,7 +11,7 @@ from scipy.spatial import KDTree
 
 from ..perpendicular import perpendicular_pair
 from .effective_samples import MAX_SAMPLES
-from .free_space import OCCLUDER_GAP
+from .free_space import OCCLUDER_GAP, solid_parameters
 from .free_space_kernels import covers_free_space
 from .options import FitOptions
 from .parameters import ShapeParameters
@@ -198,13 +198,7 @@ class PartCloud:
 
     def scaled(self, solid: Superquadric) -> ShapeParameters:
         """Return the parameters of a solid in the scaled frame."""
-        return ShapeParameters(
-            np.log(solid.semi_axes / self.problem.unit),
-            np.array(solid.exponents),
-            np.ascontiguousarray(solid.rotation),
-            (solid.centre - self.problem.centre) / self.problem.unit,
-            np.array(solid.taper),
-        )
+        return solid_parameters(solid, self.problem.unit, self.problem.centre)
 
 
 def prepare_part_cloud(observation: Observation, options: FitOptions) -> PartCloud:

@@ -14,6 +14,7 @@ from eyehand.apps.motion.arm_choice import (
     carry_hand,
     choose_arm,
     reaching_robot,
+    report_visual_gap,
     robot_with_hand,
 )
 from eyehand.apps.motion.reach_outcome import ReachOptions
@@ -159,3 +160,11 @@ def test_neighbours_are_for_the_included_arm():
     arm = choose_arm(str(LBR_ARM), "link7")
     with pytest.raises(InputError, match="neighbours fits the included arm only"):
         make_reaching_scene(0, place="neighbours", arm=arm)
+
+
+@needs_files
+def test_links_outside_their_collision_shapes_are_reported(capsys):
+    report_visual_gap(reaching_robot(choose_arm()))
+    assert not capsys.readouterr().err
+    report_visual_gap(reaching_robot(choose_arm("ur5e")))
+    assert "26.5 mm nearer than the margin" in capsys.readouterr().err

@@ -7,14 +7,13 @@ import pytest
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.data_synth import import_mujoco
-from eyehand.data_synth.cell import SimulatedGlove
-from eyehand.data_synth.cell.simulated_glove import MAX_LOAD_PA
 from eyehand.data_synth.pad import SENSORS, run_bench
 from eyehand.data_synth.scenes import TabletopObject
 from eyehand.errors import InputError
 from eyehand.perception.superquadric import Superquadric
-from eyehand.tactile import FeatureOptions, GloveReader, calibrate, hand_features
+from eyehand.tactile import FeatureOptions, HandFeatures, calibrate
 
+from .glove_on_hand import MAX_LOAD_PA, SimulatedGlove
 from .hand_bench import bench_grasp
 
 
@@ -30,14 +29,14 @@ def grasp_ball(sensor: str = "good") -> dict:
             glove = SimulatedGlove(model, data, "hand/", SENSORS[sensor], seed=1)
             calibration = calibrate(run_bench(glove.readout, max_load=MAX_LOAD_PA))
             found["glove"] = glove
-            found["reader"] = GloveReader(glove.glove, calibration, FeatureOptions(min_tactels=1))
+            found["reader"] = glove.glove.reader(calibration, FeatureOptions(min_tactels=1))
         frame = found["glove"].read()
         assert frame is not None
         assert frame.time == data.time
         features = found["reader"].read(frame.raw)
         found["features"] = features
         found["poses"] = found["glove"].poses
-        found["hand"] = hand_features(features, found["poses"])
+        found["hand"] = HandFeatures.of_patches(features, found["poses"])
         found["truth"] = forces_on_ball(model, data)
 
     assert bench_grasp(ball, "power", on_cycle=on_cycle)
@@ -102,13 +101,13 @@ def test_glove_with_the_real_sensor_feels_the_same_grip(grasp):
 
 def test_hand_without_contact_and_wrong_models(grasp):
     quiet = grasp["reader"].read(np.zeros(len(grasp["glove"].glove.array.positions), np.uint16))
-    hand = hand_features(quiet, {})
+    hand = HandFeatures.of_patches(quiet, {})
     assert not hand
     assert (hand.balance, hand.squeeze) == (0.0, 0.0)
     with pytest.raises(InputError, match="has no pose"):
-        hand_features(grasp["features"], {"palm_pad": RigidTransform.identity()})
+        HandFeatures.of_patches(grasp["features"], {"palm_pad": RigidTransform.identity()})
     with pytest.raises(InputError, match="tactels like the glove"):
-        GloveReader(grasp["glove"].glove, calibrate(run_bench(SENSORS["good"].readout(16))))
+        grasp["glove"].glove.reader(calibrate(run_bench(SENSORS["good"].readout(16))))
     mujoco = import_mujoco()
     empty = mujoco.MjModel.from_xml_string("<mujoco/>")
     with pytest.raises(InputError, match="no phalanges"):
@@ -119,6 +118,6 @@ def test_torque_is_about_the_origin_of_the_hand(grasp):
     name = grasp["hand"].touching[0]
     features = {name: grasp["features"][name]}
     pose = RigidTransform.from_components([0.1, 0.0, 0.0], Rotation.identity())
-    hand = hand_features(features, {name: pose})
+    hand = HandFeatures.of_patches(features, {name: pose})
     expected = np.cross(features[name].centre + np.array([0.1, 0, 0]), hand.force)
     assert np.allclose(hand.torque, expected)

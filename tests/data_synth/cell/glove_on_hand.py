@@ -9,14 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform, Rotation
 
+from eyehand.data_synth import import_mujoco
+from eyehand.data_synth.pad import SENSORS, SensorModel
+from eyehand.data_synth.pad.calibration_bench import MAX_LOAD_PA as PAD_MAX_LOAD_PA
+from eyehand.data_synth.pad.sensor_memory import SensorMemory
 from eyehand.errors import InputError
 from eyehand.tactile import Glove, TactileArray
 from eyehand.tactile.sensors import SensorInfo, TactileFrame
-
-from ..mujoco_import import import_mujoco
-from ..pad import SENSORS, SensorModel
-from ..pad.calibration_bench import MAX_LOAD_PA as PAD_MAX_LOAD_PA
-from ..pad.sensor_memory import SensorMemory
 
 PITCH_M = 0.005
 """Greatest distance between tactels. Each face has as many as cover it."""
