@@ -2,25 +2,20 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Iterator
+from pathlib import Path
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from eyehand.errors import DeviceError, InputError
 from eyehand.perception.io import atomic_write
 
 from .grasp.film_frame import BACKGROUND, cell_size
 from .grasp.frame_crop import crop_to_objects
+from .perceived_frame import PerceivedFrame
 from .scene_picture import depth_picture, overlay_picture
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from pathlib import Path
-
-    from numpy.typing import NDArray
-
-    from .perceived_frame import PerceivedFrame
 
 WIDTH = 960
 """Width of the moving picture, px. A page of GitHub shows at most about 900."""

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from eyehand.errors import InputError
 from eyehand.perception import (
@@ -27,14 +28,8 @@ from eyehand.perception.io import (
     read_cloud,
 )
 
+from ..frame_masks import FrameMasks
 from ..perceived_frame import check_usable
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from ..frame_masks import FrameMasks
 
 WHOLE = 0
 """Label for all readings of a frame as one cloud."""

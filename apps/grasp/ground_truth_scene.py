@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
+from eyehand.data_synth.scenes import TabletopObject
 from eyehand.perception import Scene, SceneObject, Segmentation, SupportPlane
 from eyehand.perception.superquadric import SuperquadricFit, sample_surface
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from eyehand.data_synth.scenes import TabletopObject
 
 CLOUD_POINTS = 400
 """Number of points on the surface of each solid."""

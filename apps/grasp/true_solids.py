@@ -3,19 +3,15 @@
 from __future__ import annotations
 
 import functools
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import RigidTransform
 
+from eyehand.data_synth.cell import SimRobot
 from eyehand.data_synth.scenes import MeshObject, TabletopObject
 from eyehand.errors import InputError
 from eyehand.perception import FitOptions, fit_superquadric
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-    from scipy.spatial.transform import RigidTransform
-
-    from eyehand.data_synth.cell import SimRobot
 
 SURFACE_POINTS = 2000
 """Number of surface samples for the fit of a solid to a mesh."""

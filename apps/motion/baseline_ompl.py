@@ -3,23 +3,17 @@
 from __future__ import annotations
 
 import time
-from typing import TYPE_CHECKING, Any, cast
+from collections.abc import Callable
+from typing import Any, cast
 
 import numpy as np
+from numpy.typing import NDArray
 
-from eyehand.control import CollisionOptions, JointPath, resample_path
+from eyehand.control import CollisionOptions, JointPath, RobotModel, resample_path
+from eyehand.data_synth.scenes import ReachingScene
 
 from .reach_methods import reaching_tasks, reaching_world
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from numpy.typing import NDArray
-
-    from eyehand.control import RobotModel
-    from eyehand.data_synth.scenes import ReachingScene
-
-    from .reach_outcome import Goal
+from .reach_outcome import Goal
 
 # The budget is that of this package's own search.
 SEEDS = 40

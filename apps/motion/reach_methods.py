@@ -2,35 +2,30 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from eyehand.control import (
     ApproachController,
     Box,
+    CollisionOptions,
     CollisionWorld,
     ControlOptions,
+    JointPath,
     Obstacle,
     PlannedApproach,
     PlannerOptions,
 )
-from eyehand.control.tasks import AxisAlignment, Pose, Position
+from eyehand.control.tasks import AxisAlignment, Pose, Position, Task
 from eyehand.data_synth import ReachingArm
+from eyehand.data_synth.scenes import ReachingObstacle, ReachingScene
 from eyehand.errors import InputError
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from eyehand.control import CollisionOptions, JointPath
-    from eyehand.control.tasks import Task
-    from eyehand.data_synth.scenes import ReachingObstacle, ReachingScene
-
-    from .reach_outcome import Goal
-
 from .arm_choice import reaching_robot
+from .reach_outcome import Goal
 
 DEFAULT = "default"
 """The controller with its default options."""

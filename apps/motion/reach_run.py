@@ -2,27 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from eyehand.control import JointPath
 from eyehand.data_synth.scenes import make_reaching_scene, straight_path_is_blocked
 
 from ..bench.shares import wilson_interval
 from .baseline_mink import TUNED, run_mink
 from .baseline_ompl import OmplMethod
 from .reach_methods import BASELINE_PLANNED, BASELINE_TUNED, BASELINES, controller_method
-from .reach_outcome import ReachOptions, run_reach
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
-
-    from numpy.typing import NDArray
-
-    from eyehand.control import JointPath
-
-    from .reach_outcome import ReachOutcome
+from .reach_outcome import ReachOptions, ReachOutcome, run_reach
 
 
 @dataclass(frozen=True)

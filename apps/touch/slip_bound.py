@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from .slip_trials import SlipTrial
+from .slip_trials import SlipTrial
 
 BOUND_ERRORS = (0.0, 10e-6, 20e-6, 50e-6)
 """Standard deviations of the error of each judgement of the slide, m."""

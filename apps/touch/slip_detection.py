@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from eyehand.tactile import PRESSURE_FEATURES, with_past
 
 from .slip_network import train_network
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from numpy.typing import NDArray
-
-    from .slip_trials import SlipTrial
+from .slip_trials import SlipTrial
 
 SLIP_SLIDE = 1e-4
 """True slide from which a trial counts as slip, m."""

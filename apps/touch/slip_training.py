@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
+from eyehand.data_synth.pad import SensorModel
 from eyehand.tactile import SlipScore
 
 from .slip_detection import alarm_level, score_trials, train_detector
 from .slip_trials import EVENTS, PADS, TRAIN_SHAPES, SlipTrial, run_slip_trial
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from eyehand.data_synth.pad import SensorModel
-
 
 SEED_GAP = 100_000
 """Difference of the seeds of training and test, so that no surface and no noise is in both."""

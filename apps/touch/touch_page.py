@@ -5,18 +5,16 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from eyehand.tactile import ContactFeatures, TactileImage, tangents
+from eyehand.tactile.sensors import ContactReading, ContactSensor
 
 from ..fitting.page_server import HOST, close_server, open_server
-
-if TYPE_CHECKING:
-    from eyehand.tactile.sensors import ContactReading, ContactSensor
 
 TITLE = "eyehand touch"
 UPDATE_SECONDS = 0.05

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from eyehand.grasping.hands import ParallelHand
+
 from ..mujoco_import import import_mujoco
 from ..scenes.piece_object import PHYSICS_GROUP, set_grip_contact
-
-if TYPE_CHECKING:
-    from eyehand.grasping.hands import ParallelHand
 
 AXES = "xyz"
 BASE, PALM, FINGERS = "hand_base", "hand_palm", ("hand_right", "hand_left")

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
+
+from eyehand.grasping.hands import AnyCommand
 
 from ..mujoco_import import import_mujoco
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from eyehand.grasping.hands import AnyCommand
 
 WARNINGS = ("BADQPOS", "BADQVEL", "BADQACC", "BADCTRL")
 """MuJoCo's warnings of a state that is not finite or too large."""

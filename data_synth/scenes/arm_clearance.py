@@ -2,22 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import RigidTransform
 
 from eyehand.errors import InputError
 
 from ..arms import HOME_KEY, ReachingArm
 from ..mujoco_import import import_mujoco
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-    from scipy.spatial.transform import RigidTransform
-
 
 HORIZON_M = 1.0
 """Distances are computed up to this value."""

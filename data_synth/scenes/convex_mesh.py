@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import RigidTransform
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from eyehand.perception.superquadric import Superquadric
+from eyehand.perception.superquadric import Superquadric
 
 CHORD_TOLERANCE_M = 8e-5
 """Maximum distance of a face from the surface: a tenth of what a depth camera resolves at 0.5 m."""

@@ -3,24 +3,19 @@
 from __future__ import annotations
 
 import zlib
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import RigidTransform
 
 from eyehand.data_synth import look_at
 
+from .household_meshes import HouseholdMesh
 from .mesh_views import MeshView, NoiseName, PlacedMesh, render_view, rest_on_table
 from .rendered_clouds import view_direction
 from .resting_poses import resting_rotations
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from .household_meshes import HouseholdMesh
 
 NEIGHBOURS = 3
 """Number of neighbours of the first object of a scene."""

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Collection
 
 import numpy as np
 
-if TYPE_CHECKING:
-    from collections.abc import Collection
-
-    from eyehand.data_synth.cell import SimRobot
+from eyehand.data_synth.cell import SimRobot
 
 HELD = "lift"
 """First phase in which the object is held."""

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
+from eyehand.data_synth.scenes import Split
 from eyehand.errors import InputError
-
-if TYPE_CHECKING:
-    from eyehand.data_synth.scenes import Split
 
 QUICK_ROUNDS = 1
 """Maximum number of rounds of a quick run."""
