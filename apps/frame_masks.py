@@ -33,6 +33,8 @@ if TYPE_CHECKING:
 
 RECTANGLE, BOX, POSE = 4, 6, 7
 """Numbers of an image rectangle, a box, and a pose."""
+MAX_JOINT = 13.0
+"""Maximum joint position, rad: two turns. A larger one is in degrees."""
 
 
 def split_numbers(_hint: Any, tokens: Sequence[Any]) -> list[float]:
@@ -72,6 +74,8 @@ class FrameMasks:
     def __post_init__(self) -> None:
         if (self.robot is None) != (self.q is None):
             raise InputError("--robot needs --q, and --q needs --robot")
+        if self.q and max(map(abs, self.q)) > MAX_JOINT:
+            raise InputError(f"--q must be in rad (m for slide joints), got {self.q}")
         if self.robot_pose is not None and self.robot is None:
             raise InputError("--robot-pose needs --robot")
         if self.region is not None:

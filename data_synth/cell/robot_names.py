@@ -251,6 +251,8 @@ def _file(text: str, what: str, names: Iterable[str]) -> Path:
 def _mount_pose(mount: tuple[float, ...]) -> RigidTransform:
     if len(mount) != 6:
         raise InputError(f"--mount must be 6 numbers, x y z roll pitch yaw, got {list(mount)}")
+    if max(map(abs, mount[3:])) > math.tau:
+        raise InputError(f"roll, pitch and yaw of --mount must be in rad, got {list(mount[3:])}")
     rotation = Rotation.from_euler("xyz", mount[3:])
     return RigidTransform.from_components(list(mount[:3]), rotation)
 

@@ -174,6 +174,7 @@ def test_given_camera_pose_replaces_that_of_the_file():
     [
         ({"robot": "x.xml"}, "--robot needs --q"),
         ({"q": [0.0]}, "--q needs --robot"),
+        ({"robot": "x.xml", "q": [0.0, -90.0]}, "--q must be in rad"),
         ({"robot_pose": [0.0] * 7}, "--robot-pose needs --robot"),
         ({"region": [1.0, 2.0, 3.0]}, "--region needs 4 numbers u0 v0 u1 v1"),
         ({"region": [1.0, 2.0, 1.0, 9.0]}, "lower corner before the upper one"),

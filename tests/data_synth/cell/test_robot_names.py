@@ -87,6 +87,11 @@ def test_arm_rests_outside_image_while_gripper_follows_width(arm, hand, joints):
     assert not robot.take_contacts()
 
 
+def test_mount_in_degrees_is_refused():
+    with pytest.raises(InputError, match=r"roll, pitch and yaw of --mount must be in rad, got"):
+        make_robot("ur5e", "2f85", (0.0, 0.0, 0.01, 0.0, 0.0, 90.0))
+
+
 @needs_files
 def test_files_are_as_good_as_names():
     whole = make_robot(str(ROBOTS / "franka_emika_panda/panda.xml"))
