@@ -7,17 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..bench import (
-    Experiment,
-    ExperimentResult,
-    Provenance,
-    TrialPlan,
-    add_footer,
-    new_chart,
-    result_table,
-    run_experiment,
-)
+from ..bench import Provenance, add_footer, new_chart
 from ..bench.chart_style import BLUE, GREEN, GREY, label_axes
+from ..bench.experiment import Experiment, ExperimentResult, TrialPlan, result_table, run_experiment
 from .closure_objects import SHAPES
 from .closure_trial import (
     LOAD,

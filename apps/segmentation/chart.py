@@ -17,16 +17,10 @@ from eyehand.apps.run_folder import claim_folder
 from eyehand.perception import DepthFrame, SegmentationOptions, segment
 from eyehand.perception.segmentation import FRONT_FORMAT, STORED_FRONT
 
-from ..bench import (
-    ChartWords,
-    DialBoard,
-    DialChart,
-    FrontPlace,
-    Method,
-    Provenance,
-    check_chart_arguments,
-)
-from ..bench.dials import DialSetting
+from ..bench.chart_style import Provenance
+from ..bench.comparison import Method
+from ..bench.dial_chart import ChartWords, DialChart, FrontPlace, check_chart_arguments
+from ..bench.dials import DialBoard, DialSetting
 from .baselines import BASELINES, Baseline
 from .comparison import compare_segmentations
 from .kinds import SYNTHETIC_SOURCE, KindFrame, KindOptions, open_kinds

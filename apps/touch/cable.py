@@ -6,16 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..bench import (
-    Experiment,
-    ExperimentResult,
-    Provenance,
-    TrialPlan,
-    add_footer,
-    new_chart,
-    result_table,
-)
+from ..bench import Provenance, add_footer, new_chart
 from ..bench.chart_style import BLUE, FAINT, GREY, LINE, TEXT, VERMILION, add_legend, label_axes
+from ..bench.experiment import Experiment, ExperimentResult, TrialPlan, result_table
 from ..console import tracked
 from .arm_rig import SensorName
 from .cable_run import SETTLING, CableRun, cable_row, run_cable, speed_row

@@ -12,16 +12,9 @@ from eyehand.data_synth.pad import IMAGE_RATE, PlacedObject, pad_scene, probe
 from eyehand.errors import DeviceError
 from eyehand.tactile import SelectionMatrix, ServoGoal, TactileServo, TouchPhases
 
-from ..bench import (
-    Experiment,
-    ExperimentResult,
-    Provenance,
-    TrialPlan,
-    add_footer,
-    new_chart,
-    result_table,
-)
+from ..bench import Provenance, add_footer, new_chart
 from ..bench.chart_style import BLUE, GREY, INK, LINE, VERMILION, add_legend, label_axes
+from ..bench.experiment import Experiment, ExperimentResult, TrialPlan, result_table
 from .arm_rig import ArmRig, RigOptions, SensorName, home_pose
 from .commissioning import commissioned
 from .servo_run import run_servo

@@ -6,16 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..bench import (
-    Experiment,
-    ExperimentResult,
-    Provenance,
-    TrialPlan,
-    add_footer,
-    new_chart,
-    result_table,
-)
+from ..bench import Provenance, add_footer, new_chart
 from ..bench.chart_style import BLUE, GREY, INK, LINE, VERMILION, add_legend, label_axes
+from ..bench.experiment import Experiment, ExperimentResult, TrialPlan, result_table
 from .arm_rig import SensorName
 from .edge_run import ALIGN_SECONDS, DONE, EdgeRun, edge_row, mean_row, run_edge
 from .trial_arguments import TrialArguments, run_trials

@@ -11,17 +11,9 @@ import numpy as np
 from eyehand.data_synth.pad import surface_distance
 from eyehand.perception.io import write_cloud
 
-from ..bench import (
-    Experiment,
-    ExperimentResult,
-    Provenance,
-    TrialPlan,
-    add_footer,
-    new_chart,
-    result_table,
-    run_experiment,
-)
+from ..bench import Provenance, add_footer, new_chart
 from ..bench.chart_style import BLUE, INK, TEXT, VERMILION, label_axes
+from ..bench.experiment import Experiment, ExperimentResult, TrialPlan, result_table, run_experiment
 from .arm_rig import SensorName
 from .explore_run import MAX_TILT_DEG, run_explore
 from .explore_truth import explore_rows, height_map

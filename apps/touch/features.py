@@ -11,14 +11,8 @@ import numpy as np
 from eyehand.data_synth.pad import TactileReadout, run_bench
 from eyehand.tactile import FeatureReader, TactileArray, calibrate, calibrate_linear
 
-from ..bench import (
-    Experiment,
-    ExperimentResult,
-    TrialPlan,
-    machine_line,
-    result_table,
-    run_experiment,
-)
+from ..bench import machine_line
+from ..bench.experiment import Experiment, ExperimentResult, TrialPlan, result_table, run_experiment
 from .feature_chart import feature_chart
 from .feature_comparison import (
     centre_rows,

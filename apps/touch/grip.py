@@ -8,16 +8,9 @@ import numpy as np
 
 from eyehand.data_synth.pad import SENSORS
 
-from ..bench import (
-    Experiment,
-    ExperimentResult,
-    Provenance,
-    TrialPlan,
-    add_footer,
-    new_chart,
-    result_table,
-)
+from ..bench import Provenance, add_footer, new_chart
 from ..bench.chart_style import BLUE, GREEN, GREY, ORANGE, VERMILION, label_axes
+from ..bench.experiment import Experiment, ExperimentResult, TrialPlan, result_table
 from .grip_trials import LAG, LAWS, LOST_SLIDE, GripResult, draw_grip_trial, run_law
 from .slip_training import trained_score
 from .trial_arguments import TrialArguments, run_trials

@@ -6,16 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..bench import (
-    Experiment,
-    ExperimentResult,
-    Provenance,
-    TrialPlan,
-    add_footer,
-    new_chart,
-    result_table,
-)
+from ..bench import Provenance, add_footer, new_chart
 from ..bench.chart_style import BLUE, GREEN, GREY, RULE, VERMILION, label_axes
+from ..bench.experiment import Experiment, ExperimentResult, TrialPlan, result_table
 from .roll_trial import DISPLACED, DISPLACING, PRESSURE, SECONDS, RollTrial, roll_once, roll_row
 from .trial_arguments import TrialArguments, run_trials
 

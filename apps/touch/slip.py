@@ -8,16 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..bench import (
-    Experiment,
-    ExperimentResult,
-    TrialPlan,
-    add_footer,
-    new_chart,
-    result_table,
-    run_experiment,
-)
+from ..bench import add_footer, new_chart
 from ..bench.chart_style import BLUE, GREEN, GREY, VERMILION, add_legend, label_axes
+from ..bench.experiment import Experiment, ExperimentResult, TrialPlan, result_table, run_experiment
 from .slip_recordings import FEATURES, SETS, TRAINED, load_windows, slip_rows
 from .slip_simulated import measure_simulated
 from .trial_arguments import TrialArguments, run_trials

@@ -6,17 +6,11 @@ from typing import TYPE_CHECKING, Any
 
 from eyehand.data_synth.pad import SENSORS
 
-from ..bench import (
-    OtherMethod,
-    ReportSpec,
-    StressArguments,
-    StressStage,
-    Sweep,
-    SweepStep,
-    run_stress,
-)
 from ..bench.chart_style import GREY, VERMILION, draw_curve
 from ..bench.shares import draw_bars, refused_pct, share_pct, worst
+from ..bench.stress import OtherMethod, StressArguments, StressStage, run_stress
+from ..bench.sweep import Sweep, SweepStep
+from ..bench.sweep_chart import ReportSpec
 from .contact_sweeps import CONTACT_SWEEPS
 from .gain_sweeps import gain_sweeps
 from .sensor_sweeps import SENSOR_SWEEPS

@@ -13,18 +13,9 @@ from scipy.spatial.transform import RigidTransform
 from eyehand.data_synth.pad import PlacedObject, pad_scene, toy_box
 from eyehand.tactile import ServoGoal, TactileServo, TouchPhases
 
-from ..bench import (
-    Experiment,
-    ExperimentResult,
-    Provenance,
-    TrialPlan,
-    add_footer,
-    machine_line,
-    new_chart,
-    result_table,
-    write_csv,
-)
+from ..bench import Provenance, add_footer, machine_line, new_chart, write_csv
 from ..bench.chart_style import BLUE, GREEN, GREY, INK, RULE, VERMILION, add_legend, label_axes
+from ..bench.experiment import Experiment, ExperimentResult, TrialPlan, result_table
 from ..console import tracked
 from .arm_rig import CYCLE, ArmRig, SensorName, home_pose
 from .servo_run import run_servo

@@ -18,18 +18,10 @@ from eyehand.errors import InputError
 from eyehand.perception import FitOptions
 from eyehand.perception.superquadric import FRONT_FORMAT, STORED_FRONT, OptimiserName
 
-from ...bench import (
-    ChartWords,
-    DialBoard,
-    DialChart,
-    FrontPlace,
-    Measured,
-    Method,
-    MethodResult,
-    Provenance,
-    check_chart_arguments,
-    compare_methods,
-)
+from ...bench.chart_style import Provenance
+from ...bench.comparison import Method, MethodResult, compare_methods
+from ...bench.dial_chart import ChartWords, DialChart, FrontPlace, Measured, check_chart_arguments
+from ...bench.dials import DialBoard
 from .baselines import BASELINES, find_baseline
 from .clouds import MESHES, FitCase, Group, fit_case
 from .comparison import baseline_fitter, own_fitter
