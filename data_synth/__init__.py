@@ -6,10 +6,9 @@ Each subpackage offers its public names: `scenes` (objects on a table, reaching 
 used are here as well.
 """
 
-from .arms import HOME_KEY, JOINT_SPEED, LBR_ARM, PLANAR_ARM, TOOL_SITE, ReachingArm
+from .arms import LBR_ARM, PLANAR_ARM, TOOL_SITE, ReachingArm
 from .mujoco_import import import_mujoco
 from .render import (
-    Backend,
     DepthNoise,
     DepthRenderer,
     RenderedView,
@@ -19,12 +18,10 @@ from .render import (
     render_scene,
 )
 from .scenes import (
-    SCHEMA,
     Family,
     FurnishedFamily,
     FurnishedOptions,
     FurnishedScene,
-    ReachingScene,
     Table,
     TabletopObject,
     TabletopOptions,
@@ -32,7 +29,6 @@ from .scenes import (
     ViewOptions,
     look_at,
     make_furnished_scene,
-    make_reaching_scene,
     make_scene,
     read_ground_truth,
     read_labels,
@@ -40,13 +36,9 @@ from .scenes import (
 )
 
 __all__ = [
-    "HOME_KEY",
-    "JOINT_SPEED",
     "LBR_ARM",
     "PLANAR_ARM",
-    "SCHEMA",
     "TOOL_SITE",
-    "Backend",
     "DepthNoise",
     "DepthRenderer",
     "Family",
@@ -54,7 +46,6 @@ __all__ = [
     "FurnishedOptions",
     "FurnishedScene",
     "ReachingArm",
-    "ReachingScene",
     "RenderedView",
     "Table",
     "TabletopObject",
@@ -65,7 +56,6 @@ __all__ = [
     "import_mujoco",
     "look_at",
     "make_furnished_scene",
-    "make_reaching_scene",
     "make_scene",
     "open_renderer",
     "read_ground_truth",

@@ -22,25 +22,19 @@ Other packages import from here and from these submodules:
 
 from .chart_style import Provenance, add_footer, new_chart, write_chart, write_csv
 from .comparison import Method, MethodResult, compare_methods
-from .dial_chart import ChartWords, DialChart, FrontPlace, Measured, check_chart_arguments
-from .dials import DialBoard
+from .dial_chart import Measured
 from .experiment import Experiment, ExperimentResult, TrialPlan, result_table, run_experiment
 from .machine import machine_line
-from .stress import OtherMethod, StressArguments, StressStage, run_stress
+from .stress import StressArguments, StressStage, run_stress
 from .sweep import Sweep, SweepStep, Trial, as_sweep
 from .sweep_chart import ReportSpec
 
 __all__ = [
-    "ChartWords",
-    "DialBoard",
-    "DialChart",
     "Experiment",
     "ExperimentResult",
-    "FrontPlace",
     "Measured",
     "Method",
     "MethodResult",
-    "OtherMethod",
     "Provenance",
     "ReportSpec",
     "StressArguments",
@@ -51,7 +45,6 @@ __all__ = [
     "TrialPlan",
     "add_footer",
     "as_sweep",
-    "check_chart_arguments",
     "compare_methods",
     "machine_line",
     "new_chart",

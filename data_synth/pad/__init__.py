@@ -11,7 +11,6 @@ from .pad_scene import Arm, PadScene, PlacedObject, pad_scene, padded_arm
 from .pad_simulation import CONTROL_RATE, PadSample, PadSimulation
 from .sensor_model import SENSORS, SensorModel
 from .simulated_sensor import SimulatedSensor
-from .tactel_spread import spread_weights
 from .tactile_pad import IMAGE_RATE, PAD_SITE, TactilePad
 from .tactile_readout import TactileReadout
 from .touch_objects import (
@@ -56,7 +55,6 @@ __all__ = [
     "probe",
     "run_bench",
     "soft_ball",
-    "spread_weights",
     "surface_distance",
     "tilted_face",
     "top_surface",

@@ -6,7 +6,7 @@ cameras, a synthetic camera, and images of scenes that are given object by objec
 
 from .depth_noise import DepthNoise, add_depth_noise, add_dex_noise, axial_sigma
 from .depth_renderer import Backend, open_renderer, render_scene
-from .depth_sensor import SENSORS, DepthSensor, SensorName, sense_depth, sensor_of
+from .depth_sensor import SENSORS, DepthSensor, SensorName, sensor_of
 from .gl_probe import gl_fault, gl_module
 from .gl_renderer import GlRenderer
 from .rendered_view import DepthRenderer, RenderedView
@@ -43,7 +43,6 @@ __all__ = [
     "render_frame",
     "render_scene",
     "render_staged",
-    "sense_depth",
     "sensor_of",
     "staged_frame",
 ]

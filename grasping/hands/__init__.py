@@ -3,9 +3,9 @@
 `finger_control` is not imported here, because it loads the tactile package with its compiler.
 """
 
-from .closing import IDLE_OPENING, Closing, open_command, preshape_command
+from .closing import IDLE_OPENING
 from .grip_options import TENSION_PER_TIP_FORCE, GripOptions
-from .hand_files import built_in_hands, hand_json, load_hand, read_hand, write_hand
+from .hand_files import built_in_hands, hand_json, load_hand, write_hand
 from .hand_messages import (
     AnyCommand,
     AnyReading,
@@ -17,7 +17,6 @@ from .hand_messages import (
 )
 from .hand_model import HandModel
 from .hand_names import PALM, PINCER_FINGER, THUMB
-from .hand_state import finger_curl, finger_forces, finger_reading, grip_width, is_holding
 from .nominal_hand import nominal_hand
 from .parallel_hand import HandBox, HandJoint, ParallelHand, ToolPose, generic_jaw
 from .robot_file import DescribedHand, FileChoices, JawPostures, describe_hand, read_spec
@@ -30,7 +29,6 @@ __all__ = [
     "THUMB",
     "AnyCommand",
     "AnyReading",
-    "Closing",
     "DescribedHand",
     "DriveMode",
     "FileChoices",
@@ -47,18 +45,10 @@ __all__ = [
     "ToolPose",
     "built_in_hands",
     "describe_hand",
-    "finger_curl",
-    "finger_forces",
-    "finger_reading",
     "generic_jaw",
-    "grip_width",
     "hand_json",
-    "is_holding",
     "load_hand",
     "nominal_hand",
-    "open_command",
-    "preshape_command",
-    "read_hand",
     "read_spec",
     "write_hand",
 ]

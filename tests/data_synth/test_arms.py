@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from eyehand.data_synth import HOME_KEY, JOINT_SPEED, LBR_ARM, PLANAR_ARM, TOOL_SITE, import_mujoco
+from eyehand.data_synth import LBR_ARM, PLANAR_ARM, TOOL_SITE, import_mujoco
+from eyehand.data_synth.arms import HOME_KEY, JOINT_SPEED
 
 mujoco = import_mujoco()
 

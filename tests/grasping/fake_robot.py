@@ -7,7 +7,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy.spatial.transform import RigidTransform
 
-from eyehand.data_synth.cell import GraspRobot, tendon_hand_model
+from eyehand.data_synth.cell import GraspRobot
+from eyehand.data_synth.cell.tendon_hand_model import tendon_hand_model
 from eyehand.grasping.hands import HandCommand, HandReading
 from eyehand.grasping.robot import RobotReading
 from eyehand.perception import CameraIntrinsics, DepthFrame

@@ -8,7 +8,8 @@ import pytest
 from eyehand.control import solve_stack
 from eyehand.grasping.cell import Cell
 from eyehand.grasping.grasp_balance import MAX_SHIFT, balance_error, balance_tasks
-from eyehand.grasping.hands import Closing, GripOptions, HandReading
+from eyehand.grasping.hands import GripOptions, HandReading
+from eyehand.grasping.hands.closing import Closing
 from eyehand.grasping.robot import RobotReading
 
 from .fake_robot import HAND, PERIOD, FakeRobot

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from eyehand.errors import InputError
-from eyehand.grasping.hands import Closing, GripOptions, HandReading
+from eyehand.grasping.hands import GripOptions, HandReading
+from eyehand.grasping.hands.closing import Closing
 from eyehand.grasping.hands.grip_regulator import GripRegulator
 from eyehand.grasping.held_grip import GRAVITY, STEADY_SECONDS, HeldGrip, measured_wrench
 from eyehand.grasping.robot import RobotReading

@@ -14,7 +14,8 @@ from eyehand.data_synth.scenes import TabletopObject
 from eyehand.grasping import GraspOptions, plan_prototypes
 from eyehand.grasping.cell import Cell
 from eyehand.grasping.grasp_phases import pre_grasp
-from eyehand.grasping.hands import GripOptions, preshape_command
+from eyehand.grasping.hands import GripOptions
+from eyehand.grasping.hands.closing import preshape_command
 from eyehand.grasping.motion import NEAR_ENOUGH, execute
 from eyehand.grasping.pick_state import PickState, SelectedGrasp
 from eyehand.grasping.tray import Tray

@@ -15,7 +15,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from eyehand.data_synth.cell import FOLDER_VARIABLE, GraspCell, robot_file
+from eyehand.data_synth.cell import GraspCell
+from eyehand.data_synth.cell.robot_names import FOLDER_VARIABLE, robot_file
 from eyehand.errors import InputError
 from eyehand.grasping import Cell, ClearOptions, Tray, clear_table
 from eyehand.perception import perceive

@@ -9,17 +9,17 @@ import numpy as np
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.data_synth import import_mujoco
-from eyehand.data_synth.cell import (
-    SynergyDrives,
-    find_frame,
-    grip_pads,
-    match_options,
-    synergy_hand_model,
-)
+from eyehand.data_synth.cell import match_options
+from eyehand.data_synth.cell.hand_frame import find_frame
+from eyehand.data_synth.cell.pad_friction import grip_pads
+from eyehand.data_synth.cell.synergy_drives import SynergyDrives
+from eyehand.data_synth.cell.synergy_hand_model import synergy_hand_model
 from eyehand.data_synth.scenes import Table, TabletopObject
 from eyehand.data_synth.scenes.tabletop_spec import tabletop_spec
 from eyehand.errors import InputError
-from eyehand.grasping.hands import Closing, GripOptions, finger_forces, preshape_command
+from eyehand.grasping.hands import GripOptions
+from eyehand.grasping.hands.closing import Closing, preshape_command
+from eyehand.grasping.hands.hand_state import finger_forces
 
 if TYPE_CHECKING:
     from collections.abc import Callable

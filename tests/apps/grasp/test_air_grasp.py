@@ -9,7 +9,8 @@ import pytest
 from scipy.spatial.transform import RigidTransform
 
 from eyehand.data_synth import import_mujoco
-from eyehand.data_synth.cell import DESCRIPTION_SUFFIX, grasp_robot, read_description
+from eyehand.data_synth.cell import DESCRIPTION_SUFFIX, grasp_robot
+from eyehand.data_synth.cell.hand_description import read_description
 from eyehand.errors import InputError
 from eyehand.perception.superquadric import Superquadric
 

@@ -14,7 +14,8 @@ from eyehand.apps.grasp.bench.trial import GraspTrial, trial_cell
 from eyehand.apps.grasp.film import EYE, FOCAL_WIDTHS, TARGET, Film, FilmCamera
 from eyehand.apps.grasp.film import SIZE as DEFAULT_SIZE
 from eyehand.apps.grasp.film_frame import METER_MAX, Caption, SidePanel, cell_size, film_frame
-from eyehand.data_synth.cell import WORK_AREA_M, GraspCell
+from eyehand.data_synth.cell import GraspCell
+from eyehand.data_synth.cell.grasp_cell import WORK_AREA_M
 from eyehand.data_synth.render import gl_fault
 from eyehand.data_synth.scenes import look_at
 

@@ -11,7 +11,8 @@ import pytest
 
 from eyehand.apps.grasp.bench.trial import GraspTrial, make_cell, run_trial
 from eyehand.data_synth import LBR_ARM, import_mujoco
-from eyehand.data_synth.cell import PALM_BEFORE_FLANGE_M, GraspRobot, grasp_robot, match_options
+from eyehand.data_synth.arms import PALM_BEFORE_FLANGE_M
+from eyehand.data_synth.cell import GraspRobot, grasp_robot, match_options
 from eyehand.errors import InputError
 from eyehand.grasping import HandModel
 

@@ -21,7 +21,7 @@ from eyehand.apps.motion.reach_outcome import ReachOptions
 from eyehand.apps.motion.reach_run import run_scene
 from eyehand.control import RobotModel
 from eyehand.data_synth import LBR_ARM, ReachingArm
-from eyehand.data_synth.cell import FOLDER_VARIABLE
+from eyehand.data_synth.cell.robot_names import FOLDER_VARIABLE
 from eyehand.data_synth.scenes import ArmClearance, make_reaching_scene
 from eyehand.errors import InputError
 

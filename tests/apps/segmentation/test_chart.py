@@ -9,7 +9,8 @@ import cv2
 import numpy as np
 import pytest
 
-from eyehand.apps.bench import DialChart, FrontPlace, Measured, Method
+from eyehand.apps.bench import Measured, Method
+from eyehand.apps.bench.dial_chart import DialChart, FrontPlace
 from eyehand.apps.segmentation import chart as chart_segmentation
 from eyehand.apps.segmentation.baselines import BASELINES
 from eyehand.apps.segmentation.chart import BOARD

@@ -13,13 +13,9 @@ from eyehand.data_synth.cell.tendon_drives import PALM_PAD, TendonDrives
 from eyehand.data_synth.cell.tendon_hand_model import HAND, tendon_hand_model
 from eyehand.data_synth.scenes import Table, TabletopObject
 from eyehand.data_synth.scenes.tabletop_spec import tabletop_spec
-from eyehand.grasping.hands import (
-    Closing,
-    GripOptions,
-    finger_curl,
-    finger_forces,
-    preshape_command,
-)
+from eyehand.grasping.hands import GripOptions
+from eyehand.grasping.hands.closing import Closing, preshape_command
+from eyehand.grasping.hands.hand_state import finger_curl, finger_forces
 from eyehand.grasping.prototypes import Approach, Prototype
 
 if TYPE_CHECKING:

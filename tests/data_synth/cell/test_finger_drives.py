@@ -7,9 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from eyehand.data_synth.cell import FOLDER_VARIABLE, make_robot
+from eyehand.data_synth.cell import make_robot
 from eyehand.data_synth.cell.jaw_assembly import TOOL_FRAME
 from eyehand.data_synth.cell.jaw_drives import FingerDrives
+from eyehand.data_synth.cell.robot_names import FOLDER_VARIABLE
 from eyehand.data_synth.mujoco_import import import_mujoco
 from eyehand.errors import InputError
 from eyehand.grasping import JawCommand

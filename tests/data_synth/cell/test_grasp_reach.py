@@ -9,7 +9,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from eyehand.control import RobotModel
-from eyehand.data_synth.cell import WORK_AREA_M, GraspCell, GraspRobot
+from eyehand.data_synth.cell import GraspCell, GraspRobot
+from eyehand.data_synth.cell.grasp_cell import WORK_AREA_M
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

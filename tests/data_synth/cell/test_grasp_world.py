@@ -8,14 +8,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import RigidTransform, Rotation
 
-from eyehand.data_synth.cell import (
-    WORK_AREA_M,
-    GraspCell,
-    GraspRobot,
-    GraspWorld,
-    SimRobot,
-    scene_options,
-)
+from eyehand.data_synth.cell import GraspCell, GraspRobot, GraspWorld, SimRobot, scene_options
+from eyehand.data_synth.cell.grasp_cell import WORK_AREA_M
 from eyehand.data_synth.scenes import MeshObject, make_scene
 from eyehand.errors import InputError
 

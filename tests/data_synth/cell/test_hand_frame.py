@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from eyehand.data_synth import import_mujoco
-from eyehand.data_synth.cell import find_frame
+from eyehand.data_synth.cell.hand_frame import find_frame
 from eyehand.data_synth.cell.name_suggestions import suggest_names
 from eyehand.errors import InputError
 

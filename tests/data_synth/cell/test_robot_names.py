@@ -7,8 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from eyehand.data_synth.cell import FOLDER_VARIABLE, GraspWorld, SimRobot, make_robot, robot_file
+from eyehand.data_synth.cell import GraspWorld, SimRobot, make_robot
 from eyehand.data_synth.cell.jaw_mechanism import find_jaws
+from eyehand.data_synth.cell.robot_names import FOLDER_VARIABLE, robot_file
 from eyehand.errors import InputError
 from eyehand.grasping import JawCommand, JawReading
 

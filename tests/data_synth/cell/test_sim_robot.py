@@ -10,7 +10,9 @@ from eyehand.control import CollisionWorld, RobotModel
 from eyehand.data_synth.cell import GraspCell, GraspRobot, GraspWorld, SimRobot
 from eyehand.data_synth.scenes import TabletopObject
 from eyehand.errors import InputError
-from eyehand.grasping.hands import Closing, GripOptions, HandCommand, HandModel, finger_reading
+from eyehand.grasping.hands import GripOptions, HandCommand, HandModel
+from eyehand.grasping.hands.closing import Closing
+from eyehand.grasping.hands.hand_state import finger_reading
 from eyehand.grasping.robot import Robot
 from eyehand.perception.superquadric import Superquadric
 

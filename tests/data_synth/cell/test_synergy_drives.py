@@ -14,10 +14,10 @@ from eyehand.data_synth.cell import (
     FingerDescription,
     HandDescription,
     hand_description,
-    read_description,
-    synergy_hand_model,
 )
+from eyehand.data_synth.cell.hand_description import read_description
 from eyehand.data_synth.cell.synergy_drives import HINGE_ARM_M, TAPER, SynergyDrives
+from eyehand.data_synth.cell.synergy_hand_model import synergy_hand_model
 from eyehand.errors import InputError
 from eyehand.grasping.hands import HandCommand
 

@@ -8,7 +8,8 @@ from scipy.integrate import quad
 from scipy.spatial.transform import Rotation
 
 from eyehand.data_synth import import_mujoco
-from eyehand.data_synth.pad import Foam, PadOptions, TactilePad, spread_weights
+from eyehand.data_synth.pad import Foam, PadOptions, TactilePad
+from eyehand.data_synth.pad.tactel_spread import spread_weights
 from eyehand.errors import InputError
 
 mujoco = import_mujoco()

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from eyehand.data_synth import RenderedView
-from eyehand.data_synth.render import SENSORS, SensorName, sense_depth, sensor_of
-from eyehand.data_synth.render.depth_sensor import matched_disparity, shadow
+from eyehand.data_synth.render import SENSORS, SensorName, sensor_of
+from eyehand.data_synth.render.depth_sensor import matched_disparity, sense_depth, shadow
 from eyehand.errors import InputError
 from eyehand.perception import CameraIntrinsics
 

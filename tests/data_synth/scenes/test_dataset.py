@@ -12,7 +12,6 @@ import pytest
 from numpy.typing import NDArray
 
 from eyehand.data_synth import (
-    SCHEMA,
     FurnishedOptions,
     TabletopOptions,
     TabletopScene,
@@ -24,7 +23,7 @@ from eyehand.data_synth import (
     render_frame,
     write_scene,
 )
-from eyehand.data_synth.scenes import read_background
+from eyehand.data_synth.scenes import SCHEMA, read_background
 from eyehand.errors import InputError
 from eyehand.perception import DepthFrame
 from eyehand.perception.io import read_frame

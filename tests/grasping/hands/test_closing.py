@@ -8,17 +8,10 @@ import numpy as np
 import pytest
 
 from eyehand.errors import InputError
-from eyehand.grasping.hands import (
-    Closing,
-    GripOptions,
-    HandModel,
-    HandReading,
-    finger_curl,
-    grip_width,
-    is_holding,
-    preshape_command,
-)
+from eyehand.grasping.hands import GripOptions, HandModel, HandReading
+from eyehand.grasping.hands.closing import Closing, preshape_command
 from eyehand.grasping.hands.grip_options import MIN_TENSION_SHARE
+from eyehand.grasping.hands.hand_state import finger_curl, grip_width, is_holding
 
 DT = 0.004
 FINGERS = ("index", "middle", "ring", "thumb")

@@ -24,7 +24,8 @@ from gripper_files import (
 
 from eyehand.apps.main import main
 from eyehand.errors import InputError
-from eyehand.grasping.hands import FileChoices, ParallelHand, describe_hand, load_hand, read_hand
+from eyehand.grasping.hands import FileChoices, ParallelHand, describe_hand, load_hand
+from eyehand.grasping.hands.hand_files import read_hand
 from eyehand.grasping.hands.robot_file.read_model import read_model
 
 ROBOTS = Path(__file__).resolve().parents[4] / "shared" / "robots"

@@ -10,15 +10,8 @@ import numpy as np
 import pytest
 
 from eyehand.errors import InputError
-from eyehand.grasping.hands import (
-    ParallelHand,
-    built_in_hands,
-    generic_jaw,
-    load_hand,
-    read_hand,
-    write_hand,
-)
-from eyehand.grasping.hands.hand_files import FOLDER
+from eyehand.grasping.hands import ParallelHand, built_in_hands, generic_jaw, load_hand, write_hand
+from eyehand.grasping.hands.hand_files import FOLDER, read_hand
 from eyehand.grasping.hands.parallel_hand import SENSES
 
 ROBOTS = Path(__file__).resolve().parents[4] / "shared" / "robots"

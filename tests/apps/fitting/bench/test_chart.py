@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import RigidTransform, Rotation
 
-from eyehand.apps.bench import DialChart, FrontPlace, Measured, Method, Provenance
+from eyehand.apps.bench import Measured, Method, Provenance
+from eyehand.apps.bench.dial_chart import DialChart, FrontPlace
 from eyehand.apps.fitting.bench.chart import BOARD, GROUPS, POINTS, SUPERQUADRIC_ONLY, WORDS
 from eyehand.apps.fitting.bench.clouds import MESHES
 from eyehand.apps.fitting.bench.comparison import OWN
