@@ -24,7 +24,7 @@ from .glove import Glove, HandFeatures
 from .grip_laws import GripLaw, GripReading, LoadGrip, LoadGripOptions, SlipGrip
 from .hough import HoughOptions, hough_axis
 from .image import TactileArray, TactileImage, tangents
-from .load_memory import FoamMemory, MemoryFilter, fit_memory
+from .load_memory import FoamMemory, MemoryFilter, fit_creep, fit_memory
 from .moments import long_axis
 from .phase_options import PhaseOptions
 from .phase_step import PhaseStep
@@ -80,6 +80,7 @@ __all__ = [
     "calibrate_linear",
     "contact_features",
     "contact_region",
+    "fit_creep",
     "fit_decoder",
     "fit_memory",
     "hough_axis",

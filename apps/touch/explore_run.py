@@ -28,7 +28,7 @@ from eyehand.tactile import (
 
 from .arm_rig import CYCLE, ArmRig, PadArm, RigOptions, SensorName, home_pose
 from .commissioning import commissioned
-from .felt_points import felt_points, friction_shift
+from .felt_points import confirmed_points, felt_points, friction_shift
 from .press_bench import pressed_decoder
 from .start_posture import facing_down, start_posture
 
@@ -175,7 +175,7 @@ def _scan(
     phases.phase = "hold"
     decoder, memory = pressed_decoder(pad[1], pad[0], number)
     filtered, still = MemoryFilter(memory), np.zeros(6)
-    points, blurred = [np.zeros((0, 3))], [np.zeros((0, 3))]
+    points, blurred = [], []
     path, forces, tilt, lowest = [], [], 0.0, np.inf
     cycle, force, shift = 0, FORCE, np.zeros(2)
     while rig.time < LANDING_SECONDS + seconds and phases.phase != "ended":
@@ -208,8 +208,8 @@ def _scan(
             tilt = max(tilt, _tilt(pose.rotation.as_matrix()))
             lowest = min(lowest, float((pose.apply(_RIM) - origin)[:, 2].min()))
     return _PadScan(
-        np.concatenate(points),
-        np.concatenate(blurred),
+        confirmed_points(points),
+        confirmed_points(blurred),
         np.array(path),
         np.array(forces),
         phases.outcome or "done",

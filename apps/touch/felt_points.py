@@ -1,9 +1,12 @@
-"""Compute points of a touched surface from one tactile image, with a decoder fitted to the pad."""
+"""Compute points of a touched surface from tactile images, with a decoder fitted to the pad."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import KDTree
 
 from eyehand.tactile import PressDecoder
 
@@ -13,8 +16,11 @@ come from the foam's spread, and its noise would appear as a spike."""
 MIN_SHARE = 0.75
 """Minimum pressure of a cell as a fraction of the maximum in its neighbourhood. Cells beside a
 narrow imprint measure the foam's spread and not the surface."""
-MIN_POINTS = 2
-"""Minimum number of points of an image. A single one is noise of a pad in the air."""
+CONFIRMING, NEAR = 2, 0.005
+"""Number of other images with a point near a felt point, and its maximum distance, m: the pad's
+pitch. A pad that slides feels the surface again and again, but noise in the air only once."""
+NEIGHBOURS = 16
+"""Number of nearest points that are searched for those of other images."""
 SHIFT_SHARE = 0.1
 """Share of a new shift by friction that is followed in a cycle. The wrist's force is noisy."""
 MAX_FRICTION = 1.0
@@ -69,7 +75,26 @@ def felt_points(
         pitch = decoder.array.area**0.5
         apart = np.abs(points[:, None, :2] - decoder.array.positions[unknown, :2]).max(axis=2)
         points = points[apart.min(axis=1) > pitch]
-    return points if len(points) >= MIN_POINTS else points[:0]
+    return points
+
+
+def confirmed_points(images: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
+    """Return the points (M, 3) of images that points of 2 other images confirm.
+
+    Parameters
+    ----------
+    images
+        Points (K, 3) of each image in a common frame, m.
+    """
+    points = np.concatenate([np.zeros((0, 3)), *images])
+    if not len(points):
+        return points
+    number = np.repeat(np.arange(len(images)), [len(image) for image in images])
+    found = KDTree(points).query(points, NEIGHBOURS, distance_upper_bound=NEAR)[1]
+    # A missing neighbour counts as one of the point's own image.
+    near = np.where(found < len(points), number[found % len(points)], number[:, None])
+    others = np.count_nonzero(np.diff(np.sort(near, axis=1), axis=1), axis=1)
+    return points[others >= CONFIRMING]
 
 
 def friction_shift(

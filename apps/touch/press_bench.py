@@ -24,6 +24,7 @@ from eyehand.tactile import (
     FoamMemory,
     PressDecoder,
     calibrate,
+    fit_creep,
     fit_decoder,
     fit_memory,
 )
@@ -49,6 +50,9 @@ _AWAY = np.array([0.0, 0.0, 0.05])
 
 RELEASE_SECONDS, RELEASE_START = 4.0, 25
 """Time of the images after the release of the punch, s, and the first one that is used."""
+HOLD_SECONDS, HOLD_DEPTH = 8.0, 1e-3
+"""Time, s, and depth, m, for which the punch is held still. Foams creep with time constants of
+seconds, and no tactel may reach full scale meanwhile."""
 
 
 @lru_cache
@@ -78,7 +82,10 @@ def pressed_decoder(sensor: SensorName, seed: int, pad: int = 0) -> tuple[PressD
     loaded = bench.press("plate", (0.0, 0.0), PLATE_DEPTHS[-1])
     released = bench.images(RELEASE_SECONDS)
     times = np.arange(1, len(released) + 1) / CONTROL_RATE
-    return decoder, fit_memory(loaded, released[RELEASE_START:], times[RELEASE_START:])
+    memory = fit_memory(loaded, released[RELEASE_START:], times[RELEASE_START:])
+    held = bench.hold("plate", (0.0, 0.0), HOLD_DEPTH, HOLD_SECONDS)[RELEASE_START:]
+    times = np.arange(1, len(held) + 1) / CONTROL_RATE
+    return decoder, fit_creep(memory, held, times)
 
 
 class _PressBench:
@@ -108,9 +115,19 @@ class _PressBench:
     def press(
         self, tool: str, place: tuple[float, float] | NDArray[np.float64], depth: float
     ) -> NDArray[np.float64]:
-        """Zero the pad, and press a tool to a depth, m, at a place, m.
+        """Return the mean pressures (N,), Pa, at the end of a short press (see :meth:`hold`)."""
+        return self.hold(tool, place, depth, PRESS_SECONDS)[-MEAN_IMAGES:].mean(axis=0)
 
-        Returns the mean pressures (N,), Pa, at the end.
+    def hold(
+        self,
+        tool: str,
+        place: tuple[float, float] | NDArray[np.float64],
+        depth: float,
+        seconds: float,
+    ) -> NDArray[np.float64]:
+        """Zero the pad, press a tool to a depth, m, at a place, m, and hold it.
+
+        Returns the pressures (M, N), Pa, of the images of these seconds.
         """
         model, data = self._simulation.model, self._simulation.data
         body = int(model.body(tool).mocapid[0])
@@ -118,7 +135,7 @@ class _PressBench:
         at_rest = np.mean([sample.raw for (sample,) in samples], axis=0)
         self._drift = at_rest - self._calibration.rest
         data.mocap_pos[body] = [*place, -depth]
-        pressures = self.images(PRESS_SECONDS)[-MEAN_IMAGES:].mean(axis=0)
+        pressures = self.images(seconds)
         data.mocap_pos[body] = _AWAY
         return pressures
 

@@ -71,6 +71,7 @@ def _measure(plan: TrialPlan, sensor: SensorName = "good") -> ExperimentResult:
         rows,
         [
             ("", "{name}"),
+            ("held", "{converged} of {trials}"),
             ("steady-state error", "{steady_state_error:.5f} ({paper_steady_state_error:.4f})"),
             ("standard deviation", "{standard_deviation:.4f} ({paper_standard_deviation:.3f})"),
             ("response time", "{response_time_s:.2f} s ({paper_response_time_s:.1f})"),

@@ -107,7 +107,8 @@ def track_rows(trials: Sequence[TrackTrial], seconds: float) -> list[dict[str, A
     Returns
     -------
     list of dict
-        The steady-state error is the mean over trials of the absolute mean error of a trial, so
+        Errors, deviations and times are those of the `converged` trials. The steady-state error is
+        the mean over trials of the absolute mean error of a trial, so
         that trials do not cancel. The standard deviation is that of the averaged pressure, as in
         the chapter. The deviation of single readings is a separate column.
     """
@@ -172,18 +173,19 @@ def _row(
         for run, error, time in zip(runs, errors, times, strict=True)
         if np.isfinite(time)
     ]
-    if len(late) < len(runs):
-        raise DeviceError(f"{name}: {len(runs) - len(late)} of {len(runs)} runs did not converge")
+    if not late:
+        raise DeviceError(f"{name}: none of {len(runs)} runs converged")
     paper = PAPER[name]
     return {
         "name": name,
         "unit": "goal" if kind == "force" else "px",
         "steady_state_error": float(np.mean([abs(values.mean()) for values in late])),
         "standard_deviation": float(np.mean([values.std() for values in late])),
-        "response_time_s": float(np.mean(times)),
-        "slowest_response_s": float(max(times)),
+        "response_time_s": float(np.nanmean(times)),
+        "slowest_response_s": float(np.nanmax(times)),
         "paper_steady_state_error": paper[0],
         "paper_standard_deviation": paper[1],
         "paper_response_time_s": paper[2],
         "trials": len(runs),
+        "converged": len(late),
     }

@@ -16,6 +16,7 @@ from eyehand.tactile import (
     MemoryFilter,
     TactileImage,
     calibrate,
+    fit_creep,
     fit_memory,
 )
 from eyehand.tactile.sensors import RestTracker
@@ -43,9 +44,9 @@ PAD_AREA_M2 = 1e-4
 80 N."""
 THRESHOLD_SIGMAS = 4.0
 """Reading above rest from which a tactel counts as loaded, in standard deviations of the noise."""
-_PRESS_PA, _PRESS_S, _RELEASE_S = 100e3, 0.5, 2.0
-"""Press from which the memory of the foam is fitted: its pressure, and the times of press and
-release. A short press creeps little."""
+_PRESS_PA, _PRESS_S, _RELEASE_S, _HOLD_S = 100e3, 0.5, 2.0, 8.0
+"""Presses from which the memory of the foam is fitted: their pressure, the times of a short press
+and its release, and the time of a long one. A short press creeps little."""
 _PRESS_IMAGES_PER_S = 50.0
 
 
@@ -154,18 +155,25 @@ def _calibrated(sensor: SensorModel, count: int, seed: int) -> tuple[TactileRead
 
 @lru_cache(maxsize=8)
 def _fitted_memory(sensor: SensorModel, count: int, seed: int) -> FoamMemory:
-    """Press all tactels evenly, release them, and fit the memory to what is read."""
+    """Press all tactels evenly, briefly and for long, and fit the memory to what is read."""
+    late = sensor.wait + 3.0 * sensor.lag
+    times, read = _pressed(sensor, count, seed, _PRESS_S, _PRESS_S + _RELEASE_S)
+    loaded, released = times < _PRESS_S, times > _PRESS_S + late
+    memory = fit_memory(read[loaded][-1], read[released], times[released] - _PRESS_S)
+    times, read = _pressed(sensor, count, seed, _HOLD_S, _HOLD_S)
+    return fit_creep(memory, read[times > late], times[times > late])
+
+
+def _pressed(
+    sensor: SensorModel, count: int, seed: int, press: float, seconds: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the times (M,), s, and the pressures (M, count), Pa, read in a press from time 0."""
     readout, calibration = _calibrated(sensor, count, seed)
     memory, rng = SensorMemory(sensor, readout, seed), np.random.default_rng((seed, 5))
-    step = 1.0 / _PRESS_IMAGES_PER_S
-    times = np.arange(0.0, _PRESS_S + _RELEASE_S, step)
-    pressures = np.where(times[:, None] < _PRESS_S, _PRESS_PA, np.zeros(count))
-    read = np.array(
-        [
-            calibration.to_pressure(memory.read(time, row, rng))
-            for time, row in zip(times.tolist(), pressures, strict=True)
-        ]
-    )
-    late = _PRESS_S + sensor.wait + 3.0 * sensor.lag
-    loaded, released = times < _PRESS_S, times > late
-    return fit_memory(read[loaded][-1], read[released], times[released] - _PRESS_S)
+    times = np.arange(0.0, seconds, 1.0 / _PRESS_IMAGES_PER_S)
+    pressures = np.where(times[:, None] < press, _PRESS_PA, np.zeros(count))
+    read = [
+        calibration.to_pressure(memory.read(time, row, rng))
+        for time, row in zip(times.tolist(), pressures, strict=True)
+    ]
+    return times, np.array(read)

@@ -6,7 +6,14 @@ import numpy as np
 import pytest
 
 from eyehand.errors import InputError
-from eyehand.tactile import FoamMemory, MemoryFilter, TactileArray, fit_decoder, fit_memory
+from eyehand.tactile import (
+    FoamMemory,
+    MemoryFilter,
+    TactileArray,
+    fit_creep,
+    fit_decoder,
+    fit_memory,
+)
 
 ARRAY = TactileArray.flat(8, 10, 0.004)
 SCALE = 0.0012
@@ -85,6 +92,20 @@ def test_the_memory_of_a_saturated_tactel_is_no_contact():
     assert (without.correct(np.full(2, 8e3), 0.01) > 7e3).all()
 
 
+def test_creep_is_fitted_and_removed():
+    times = np.linspace(0.05, 8.0, 400)
+    held = (1.0 + 0.15 * (1.0 - np.exp(-times / 5.0)))[:, None] * np.full(5, 4000.0)
+    memory = fit_creep(FoamMemory(0.1, 2.0), held, times)
+    assert (memory.share, memory.recovery) == (0.1, 2.0)
+    assert (memory.creep, memory.creep_time) == pytest.approx((0.15, 5.0))
+    assert fit_creep(memory, np.full((400, 5), 4000.0), times) is memory
+    removed, crept, fall = MemoryFilter(FoamMemory(0.0, 1.0, 0.15, 5.0)), 0.0, np.exp(-0.01 / 5.0)
+    for load in np.repeat([0.0, 4000.0, 2000.0, 0.0], 400):
+        crept = load + (crept - load) * fall
+        assert removed.correct(np.full(5, load + 0.15 * crept), 0.01) == pytest.approx(load)
+    assert crept > 900.0
+
+
 def test_pad_without_memory_stays_as_it_is():
     times = np.array([0.1, 0.2, 0.3])
     memory = fit_memory(np.full(5, 4000.0), np.zeros((3, 5)), times)
@@ -105,3 +126,5 @@ def test_bad_releases_are_refused():
         fit_memory(0 * loaded, np.zeros((3, 5)), times)
     with pytest.raises(InputError, match="finite"):
         fit_memory(loaded * np.nan, np.zeros((3, 5)), times)
+    with pytest.raises(InputError, match="held press"):
+        fit_creep(FoamMemory(0.1, 2.0), np.zeros((3, 5)), times)

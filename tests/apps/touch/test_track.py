@@ -2,11 +2,14 @@
 
 import csv
 import json
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
 
-from eyehand.apps.touch.track_trial import TARGETS, converged
+from eyehand.apps.touch.track_trial import TARGETS, _row, converged
+from eyehand.errors import DeviceError
 
 
 def test_one_setting_tracks_pen_box_and_ball(tmp_path, run_experiment):
@@ -22,6 +25,7 @@ def test_one_setting_tracks_pen_box_and_ball(tmp_path, run_experiment):
         assert row["steady_state_error"] <= 10 * error
         assert row["standard_deviation"] <= 3 * deviation
         assert row["response_time_s"] <= response
+        assert row["converged"] == row["trials"]
     assert report["servo_cycle_us"] < 100
     assert (tmp_path / "track.png").stat().st_size > 20_000
     with (tmp_path / "table.csv").open() as file:
@@ -35,3 +39,14 @@ def test_converged_returns_start_of_lasting_small_error():
     error[50] = 0.2
     assert converged(time, error, 0.05) == pytest.approx(0.204)
     assert np.isnan(converged(time, np.ones(250), 0.05))
+
+
+def test_a_run_that_does_not_converge_is_counted_and_not_averaged():
+    time = np.linspace(0.0, 0.996, 250)
+    runs = [SimpleNamespace(time=time)] * 2
+    errors = [np.where(time < 0.1, 1.0, 0.01), np.ones(250)]
+    row = _row("X", cast("Any", runs), errors, 0.05, 0.5, "position")
+    assert (row["converged"], row["trials"]) == (1, 2)
+    assert row["slowest_response_s"] == row["response_time_s"] == pytest.approx(0.1, abs=0.005)
+    with pytest.raises(DeviceError, match="none of 2"):
+        _row("X", cast("Any", runs), errors[1:] * 2, 0.05, 0.5, "position")

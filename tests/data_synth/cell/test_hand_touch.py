@@ -57,6 +57,13 @@ def test_real_pads_read_a_press_late_and_forget_it():
     assert sense(touch, 0.0, 1.2, 0.1)[-1].max() < 0.1
 
 
+def test_the_creep_of_a_long_grip_is_no_contact_after_it():
+    touch = HandTouch(SENSORS["harsh"], HAND, TIPS, seed=4)
+    sense(touch, 12.0, 0.0, 6.0)
+    # Without the filter of the creep, up to 0.7 N remain after 3 s; 0.6 N end an approach.
+    assert sense(touch, 0.0, 6.0, 4.0)[25:].max() < 0.3
+
+
 def test_the_driver_removes_drift():
     touch = HandTouch(replace(SENSORS["real"], drift=6.0), HAND, TIPS, seed=2)
     read = [sense(touch, 0.0, second, PERIOD)[-1] for second in np.arange(0.0, 240.0, 0.08)]
