@@ -24,10 +24,8 @@ CONFIDENCE = 0.95
 """Share of intervals that contain the true value."""
 
 
-def wilson_interval(
-    successes: int, trials: int, confidence: float = CONFIDENCE
-) -> tuple[float, float]:
-    """Return the confidence interval of a proportion (Wilson 1927, no continuity correction).
+def wilson_interval(successes: int, trials: int) -> tuple[float, float]:
+    """Return the 95 % interval of a proportion (Wilson 1927, no continuity correction).
 
     Unlike the normal interval it stays within 0 and 1, and it is not a point when all or none
     succeeded.
@@ -36,8 +34,6 @@ def wilson_interval(
     ----------
     successes, trials
         Number of successes and of trials, 0 <= successes <= trials.
-    confidence
-        Confidence of the interval, between 0 and 1.
 
     Returns
     -------
@@ -51,13 +47,11 @@ def wilson_interval(
     """
     if not 0 <= successes <= trials:
         raise InputError(f"successes must be from 0 to the {trials} trials, got {successes}")
-    if not 0 < confidence < 1:
-        raise InputError(f"confidence must lie between 0 and 1, got {confidence}")
     if trials == 0:
         return 0.0, 1.0
     from scipy.stats import binomtest
 
-    interval = binomtest(successes, trials).proportion_ci(confidence, method="wilson")
+    interval = binomtest(successes, trials).proportion_ci(CONFIDENCE, method="wilson")
     return float(interval.low), float(interval.high)
 
 

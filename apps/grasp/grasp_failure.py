@@ -103,9 +103,9 @@ def failure_cause(course: Execution, truth: SegmentTruth, grasp: Grasp, force: f
     return "slipped" if course.touched_any else "missed"
 
 
-def is_heavy(mass: float, force: float, friction: float = 1.0) -> bool:
+def is_heavy(mass: float, force: float) -> bool:
     """Return whether an object weighs more than the hand can be expected to hold."""
-    return mass * GRAVITY > HEAVY_SHARE * 2.0 * friction * force
+    return mass * GRAVITY > HEAVY_SHARE * 2.0 * force
 
 
 def _surface(world: ClutterWorld, index: int) -> NDArray[np.float64]:

@@ -11,7 +11,15 @@ from eyehand.data_synth.pad import SENSORS
 from ..bench import Provenance, add_footer, new_chart
 from ..bench.chart_style import BLUE, GREEN, GREY, ORANGE, VERMILION, label_axes
 from ..bench.experiment import Experiment, ExperimentResult, TrialPlan, result_table
-from .grip_trials import LAG, LAWS, LOST_SLIDE, GripResult, draw_grip_trial, run_law
+from .grip_trials import (
+    LAG,
+    LAWS,
+    LOST_SLIDE,
+    MAX_PRESSURE,
+    GripResult,
+    draw_grip_trial,
+    run_law,
+)
 from .slip_training import trained_score
 from .trial_arguments import TrialArguments, run_trials
 
@@ -24,8 +32,8 @@ if TYPE_CHECKING:
 
 BOUND = "all-knowing"
 """The law that the others are judged against."""
-DETECTOR, MAX_PRESSURE = "with a shear array", 20e3
-"""Detector of the alarms, and range of the pads, Pa."""
+DETECTOR = "with a shear array"
+"""Detector of the alarms."""
 TRAINING, QUICK_TRAINING = 60, 6
 """Trials of each event that train the detector."""
 TRAINING_SEED = 8000

@@ -42,6 +42,8 @@ MARGIN = 1.2
 """Force of the all-knowing law over the least one."""
 LOST_SLIDE = 0.005
 """Slide after the lift from which an object counts as lost, m."""
+MAX_PRESSURE = 20e3
+"""Range of the pads, Pa."""
 WRIST_NOISE = 0.1
 """Standard deviation of the force that the wrist measures in a cycle, N."""
 LEVER = 0.004
@@ -146,11 +148,11 @@ def draw_grip_trial(seed: int) -> GripTrial:
 class _World:
     """The object in the grip above a table, and the lagging actuator."""
 
-    def __init__(self, trial: GripTrial, sensor: SensorModel, max_pressure: float, seed: int):
+    def __init__(self, trial: GripTrial, sensor: SensorModel, seed: int):
         self.simulation = HeldSimulation(
             trial.held,
             FIRST_GRIP,
-            max_pressure=max_pressure,
+            max_pressure=MAX_PRESSURE,
             sensor=sensor,
             angle=trial.angle,
             pad=UNSEEN_PADS[seed % len(UNSEEN_PADS)],
@@ -191,7 +193,6 @@ def run_law(
     seed: int,
     sensor: SensorModel,
     trained: SlipScore,
-    max_pressure: float = 20e3,
 ) -> GripResult:
     """Hold one object by one law.
 
@@ -203,10 +204,10 @@ def run_law(
         The object and its disturbances.
     seed
         Source of surface, pad and noise. The detector is trained on other pads.
-    sensor, trained, max_pressure
-        Sensor model, trained slip detector and range of the pads, Pa.
+    sensor, trained
+        Sensor model of the pads, and trained slip detector.
     """
-    world = _World(trial, sensor, max_pressure, seed)
+    world = _World(trial, sensor, seed)
     rng = np.random.default_rng((seed, 5))
     senses = None if law in SENSELESS else _Senses(world, law, trained, rng)
     mu = trial.held.friction

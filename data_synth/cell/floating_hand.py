@@ -26,9 +26,7 @@ _ARMATURE = 0.05
 """Inertia of the drives, kg. It keeps the fingers stable at a time step of 2 ms."""
 
 
-def add_floating_hand(
-    spec: Any, hand: ParallelHand, *, force: float, friction: float, shown: bool = False
-) -> None:
+def add_floating_hand(spec: Any, hand: ParallelHand, *, force: float, friction: float) -> None:
     """Add a hand to a world.
 
     The actuators ``hand_x``, ``hand_y`` and ``hand_z`` move the base along the world's axes. Its
@@ -45,8 +43,6 @@ def add_floating_hand(
         Maximum closing force of each finger, N.
     friction
         Coulomb friction coefficient of the hand.
-    shown
-        Whether a renderer draws the hand.
     """
     mujoco = import_mujoco()
     base = spec.worldbody.add_body(name=BASE, gravcomp=1.0)
@@ -62,8 +58,7 @@ def add_floating_hand(
     base.mass, base.inertia, base.explicitinertial = 1e-3, [1e-6] * 3, True
     palm = base.add_body(name=PALM, gravcomp=1.0)
     palm.mass, palm.inertia, palm.explicitinertial = BASE_MASS, [1e-3] * 3, True
-    group = 1 if shown else PHYSICS_GROUP
-    _add_boxes(mujoco, palm, hand.fixed_boxes(), friction, group)
+    _add_boxes(mujoco, palm, hand.fixed_boxes(), friction)
     boxes = hand.jaw_boxes(0.0).reshape(2, -1, 2, 3)
     for name, side, solids in zip(FINGERS, (1.0, -1.0), boxes, strict=True):
         finger = palm.add_body(name=name, gravcomp=1.0)
@@ -77,7 +72,7 @@ def add_floating_hand(
             armature=_ARMATURE,
             damping=FINGER_DAMPING,
         )
-        _add_boxes(mujoco, finger, solids, friction, group)
+        _add_boxes(mujoco, finger, solids, friction)
         _add_servo(mujoco, spec, name, FINGER_STIFFNESS, force)
     for finger in FINGERS:
         spec.add_exclude(bodyname1=PALM, bodyname2=finger)
@@ -95,9 +90,9 @@ def _add_servo(mujoco: Any, spec: Any, joint: str, gain: float, force: float) ->
     servo.forcelimited, servo.forcerange = True, [-force, force]
 
 
-def _add_boxes(mujoco: Any, body: Any, boxes: Any, friction: float, group: int) -> None:
+def _add_boxes(mujoco: Any, body: Any, boxes: Any, friction: float) -> None:
     for low, high in boxes:
-        geom = body.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, group=group)
+        geom = body.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, group=PHYSICS_GROUP)
         geom.pos, geom.size = 0.5 * (low + high), 0.5 * (high - low)
         geom.mass = 0.0
         set_grip_contact(geom, friction)

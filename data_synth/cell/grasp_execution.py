@@ -55,9 +55,7 @@ class Execution:
     """Distance between the pads after the retreat, m."""
 
 
-def execute_grasp(
-    world: ClutterWorld, T_world_tcp: RigidTransform, opening: float | None = None
-) -> Execution:
+def execute_grasp(world: ClutterWorld, T_world_tcp: RigidTransform) -> Execution:
     """Approach, close, retreat, and take the held object out of the scene.
 
     Parameters
@@ -65,11 +63,9 @@ def execute_grasp(
     world
         The world. The hand is taken out again at the end, and the objects come to rest.
     T_world_tcp
-        Pose of the tool frame at the grasp.
-    opening
-        Distance between the pads before closing, m; None for the stroke, as in the original.
+        Pose of the tool frame at the grasp. The hand opens fully before, as in the original.
     """
-    opening = world.hand.stroke if opening is None else opening
+    opening = world.hand.stroke
     approach = T_world_tcp.rotation.as_matrix()[:, 2]
     goal = np.asarray(T_world_tcp.translation)
     start = goal - APPROACH * approach

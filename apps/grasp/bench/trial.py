@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -118,9 +118,7 @@ class TrialResult:
     planning, s."""
 
 
-def run_trial(
-    trial: GraspTrial, on_cycle: Callable[[CycleInfo], None] | None = None
-) -> TrialResult:
+def run_trial(trial: GraspTrial) -> TrialResult:
     """Clear a table and return the scored picks.
 
     Raises
@@ -129,15 +127,13 @@ def run_trial(
         If a dial, a folder or a robot of the trial is invalid.
     """
     began = time.process_time()
-    cell, robot = make_cell(trial, on_cycle)
+    cell, robot = make_cell(trial)
     scorer = Scorer(cell, robot, trial.load_step, trial.friction)
     report = clear_table(cell, GraspOptions(purpose=trial.purpose), ClearOptions(), scorer.on_pick)
     return scorer.result(trial, report, time.process_time() - began)
 
 
-def make_cell(
-    trial: GraspTrial, on_cycle: Callable[[CycleInfo], None] | None = None
-) -> tuple[Cell, SimRobot]:
+def make_cell(trial: GraspTrial) -> tuple[Cell, SimRobot]:
     """Build the simulated cell of a trial, with its objects at rest.
 
     Raises
@@ -150,13 +146,11 @@ def make_cell(
         items = mesh_scene(source, trial.family, trial.seed, trial.objects)
     else:
         items = grasp_scene(trial.family, trial.seed, trial.objects).objects
-    return trial_cell(items, trial, on_cycle)
+    return trial_cell(items, trial)
 
 
 def trial_cell(
-    objects: Sequence[TabletopObject | MeshObject],
-    trial: GraspTrial,
-    on_cycle: Callable[[CycleInfo], None] | None = None,
+    objects: Sequence[TabletopObject | MeshObject], trial: GraspTrial
 ) -> tuple[Cell, SimRobot]:
     """Build the cell of a trial around given objects; the scene of the trial is not used."""
     world = GraspWorld.build(objects, robot=_trial_robot(trial), friction=trial.friction)
@@ -165,7 +159,6 @@ def trial_cell(
     sensor = SENSORS[trial.sensor] if trial.sensor else None
     cell, robot = build_cell(world, trial.seed, options, perception, sensor=sensor)
     cell.wait(FALL_SECONDS if trial.objects_dir else SETTLE_SECONDS)
-    cell.on_cycle = on_cycle
     return cell, robot
 
 
