@@ -26,6 +26,9 @@ GRID_STEP = 0.010
 """Distance of the places that are tried, m."""
 FREE_GAP = 0.020
 """Gap to the content above which more has no effect, m. Fingers that open need it."""
+MAX_OVERLAP = 0.005
+"""Overlap of an object with the disc of another up to which it stands beside it, m. Most objects
+cover less than their disc. On another object it would topple, perhaps over the wall."""
 UNSTABLE_RATIO = 2.2
 """Ratio of height to narrowest width above which an upright object may topple in the tray: the hand
 that opens, or the next object, pushes it."""
@@ -109,7 +112,7 @@ def plan_place(tray: Tray, content: Sequence[TrayItem], size: HeldSize) -> TrayP
     for item in content:
         apart = np.linalg.norm(grid + tray.centre[:2] - item.place, axis=1)
         apart -= size.radius + item.radius
-        below = np.where(apart < 0.0, np.maximum(below, item.top), below)
+        below = np.where(apart < -MAX_OVERLAP, np.maximum(below, item.top), below)
         gap = np.minimum(gap, apart)
     order = np.lexsort((-np.abs(grid).sum(axis=1), -gap.round(3), below.round(3)))
     best = order[0]

@@ -50,6 +50,14 @@ def test_object_on_another_is_released_above_it():
     assert plan_place(narrow, content, size).below == pytest.approx(0.06)
 
 
+@pytest.mark.parametrize(("radius", "below"), [(0.044, 0.0), (0.047, 0.1)])
+def test_object_stands_beside_discs_that_it_overlaps_little(radius, below):
+    long = replace(TRAY, size=(0.3, 0.12))
+    content = [TrayItem(long.centre[:2] + np.array([x, 0.0]), 0.06, 0.1) for x in (-0.1, 0.1)]
+    size = HeldSize(radius, 2.0 * radius, 0.03, 0.06)
+    assert plan_place(long, content, size).below == below
+
+
 def test_distance_is_horizontal_from_edge_of_floor():
     assert TRAY.distance(np.array([0.45, -0.2, 0.5])) == 0.0
     assert TRAY.distance(np.array([0.53, -0.1, 0.0])) == pytest.approx(0.03)
