@@ -1,91 +1,122 @@
 """Depth frames of a command: one file, a recording, or a live camera."""
 
+# cyclopts reads the annotations at run time, so their names must exist then.
+
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
 
 from eyehand.errors import InputError
-from eyehand.perception import DepthFrame
+from eyehand.perception import DepthFrame, frame_faults
 from eyehand.perception.io import FRAME_SUFFIXES, read_frame
+
+from .frame_masks import FrameMasks
+from .perceived_frame import check_usable
 
 RECORDING_SUFFIX = ".mcap"
 
 
-def check_source(
-    frame: Path | None, oak: bool, record: Path | None, count: int | None, topic: str = ""
-) -> None:
-    """Check the options that choose the frames.
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class FrameStream:
+    """The options of the commands that read a frame, a recording or a camera."""
 
-    Raises
-    ------
-    InputError
-        If two options exclude each other, one lacks another, or the count is below 1.
-    """
-    if (frame is None) == (not oak):
-        raise InputError("give either a frame file or --oak")
-    if record is not None and not oak:
-        raise InputError("--record needs --oak")
-    if topic and not is_recording(frame):
-        raise InputError(f"--topic needs a recording ({RECORDING_SUFFIX}), got {frame or '--oak'}")
-    if count is not None and count < 1:
-        raise InputError(f"--frames must be >= 1, got {count}")
+    camera: Path | None = None
+    """Camera file with the intrinsics; default: <frame>.json or camera.json beside the frame, or
+    the CameraInfo of a recording."""
+    masks: Annotated[FrameMasks | None, Parameter(name="*", group="Masks")] = None
+    """Readings of the robot, and outside a region, that are no objects."""
+    oak: bool = False
+    """Read from a connected Luxonis OAK camera instead of a file."""
+    record: Path | None = None
+    """With --oak: also record what the camera sees to this .mcap file, with messages of ROS 2."""
+    frames: Annotated[int | None, Parameter(name="--frames")] = None
+    """Frames to take from a camera or a recording; default 1 from a camera, all of a recording."""
+    topic: str = ""
+    """Topic of the depth images in a recording of ROS 2; default: the only one."""
 
+    def check(self, path: Path | None) -> None:
+        """Check that the options choose frames together with a file.
 
-def open_frames(
-    path: Path | None,
-    camera: Path | None,
-    oak: bool,
-    record: Path | None,
-    count: int | None,
-    topic: str = "",
-) -> Iterator[tuple[str | None, str, DepthFrame]]:
-    """Yield (folder name or None, source, frame). The name is None if there is one frame.
-
-    Parameters
-    ----------
-    path
-        Frame file or recording; None with `oak`.
-    camera
-        Camera file of a frame; None searches beside it.
-    oak
-        Whether to read from a connected Luxonis OAK camera.
-    record
-        File to record the camera to.
-    count
-        Number of frames; None for 1 of a camera and all of a recording.
-    topic
-        Topic of the depth images in a recording of ROS 2; empty selects the only one.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read or holds no depth frame.
-    """
-    if oak:
-        from eyehand.perception.cameras import OakCamera
-
-        stream, source, count = OakCamera(record=record), "OAK camera", count or 1
-    elif is_recording(path):
-        from eyehand.perception.cameras import RosRecording
-
-        assert path is not None
-        stream, source = RosRecording(path, topic=topic, camera=camera), str(path)
-    else:
-        assert path is not None
-        if path.suffix.lower() not in FRAME_SUFFIXES:
+        Raises
+        ------
+        InputError
+            If two options exclude each other, one lacks another, or the count is below 1.
+        """
+        if (path is None) == (not self.oak):
+            raise InputError("give either a frame file or --oak")
+        if self.record is not None and not self.oak:
+            raise InputError("--record needs --oak")
+        if self.topic and not is_recording(path):
             raise InputError(
-                f"{path}: suffix {path.suffix!r} is not a frame format, expected one of "
-                f"{', '.join((*FRAME_SUFFIXES, RECORDING_SUFFIX))} (.npz with `depth` and `K`)"
+                f"--topic needs a recording ({RECORDING_SUFFIX}), got {path or '--oak'}"
             )
-        if count not in (None, 1):
-            raise InputError(f"--frames needs --oak or a recording, and {path} is one frame")
-        yield None, str(path), read_frame(path, camera)
-        return
-    # islice does not request a frame beyond the last one, so that a live camera does not wait.
-    for number, frame in enumerate(islice(stream.frames(), count)):
-        yield f"{number:04d}", f"{source}, frame {number}", frame
+        if self.frames is not None and self.frames < 1:
+            raise InputError(f"--frames must be >= 1, got {self.frames}")
+
+    def has_several(self, path: Path | None) -> bool:
+        """Report whether more than one frame may come."""
+        return (self.oak or is_recording(path)) and (self.frames or 2 - self.oak) > 1
+
+    def open(
+        self, path: Path | None, prepare: Callable[[], object]
+    ) -> Iterator[tuple[str | None, str, DepthFrame]]:
+        """Yield (folder name or None, source, masked frame). The name is None for a frame file.
+
+        Parameters
+        ----------
+        path
+            Frame file or recording; None for a connected camera.
+        prepare
+            Called once, after the first frame has been read and before it is yielded: it loads
+            kernels, which takes longer than to refuse a file. The times of the first frame then
+            hold no loading.
+
+        Raises
+        ------
+        InputError
+            If the file cannot be read, holds no depth frame, or a frame file cannot be used.
+        """
+        first = True
+        for name, source, frame in self._read(path):
+            if name is None:
+                check_usable(frame_faults(frame), source)
+            if first:
+                prepare()
+            first = False
+            yield name, source, frame if self.masks is None else self.masks.applied(frame)
+        if first:
+            raise InputError(f"{path} holds no frame")
+
+    def _read(self, path: Path | None) -> Iterator[tuple[str | None, str, DepthFrame]]:
+        if path is None:
+            from eyehand.perception.cameras import OakCamera
+
+            stream, source, count = OakCamera(record=self.record), "OAK camera", self.frames or 1
+        elif is_recording(path):
+            from eyehand.perception.cameras import RosRecording
+
+            stream = RosRecording(path, topic=self.topic, camera=self.camera)
+            source, count = str(path), self.frames
+        else:
+            if path.suffix.lower() not in FRAME_SUFFIXES:
+                raise InputError(
+                    f"{path}: suffix {path.suffix!r} is not a frame format, expected one of "
+                    f"{', '.join((*FRAME_SUFFIXES, RECORDING_SUFFIX))} (.npz with `depth` and `K`)"
+                )
+            if self.frames not in (None, 1):
+                raise InputError(f"--frames needs --oak or a recording, and {path} is one frame")
+            yield None, str(path), read_frame(path, self.camera)
+            return
+        # islice does not request a frame beyond the last one, so that a live camera does not wait.
+        for number, frame in enumerate(islice(stream.frames(), count)):
+            yield f"{number:04d}", f"{source}, frame {number}", frame
 
 
 def is_recording(path: Path | None) -> bool:

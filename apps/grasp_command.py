@@ -12,11 +12,9 @@ from cyclopts import Parameter
 from eyehand.errors import InputError
 from eyehand.grasping import JawOptions, ParallelHand, generic_jaw, load_hand, plan_grasps
 from eyehand.grasping.hands import built_in_hands
-from eyehand.perception import frame_faults
 
 from .console import json_text, print_json, say, show
-from .frame_masks import FrameMasks
-from .frame_stream import check_source, is_recording, open_frames
+from .frame_stream import FrameStream
 from .grasp.jaw_frame import GraspedFrame, grasp_frame
 from .grasp.jaw_table import doubt_note, frame_json, grasp_rows, grasp_table, object_notes
 from .output_files import make_folder, write_picture, write_text
@@ -45,12 +43,7 @@ def grasp_command(
     guarded: bool = False,
     top: int = 10,
     table_height: float | None = None,
-    camera: Path | None = None,
-    masks: Annotated[FrameMasks | None, Parameter(name="*", group="Masks")] = None,
-    oak: bool = False,
-    record: Path | None = None,
-    frames: Annotated[int | None, Parameter(name="--frames")] = None,
-    topic: str = "",
+    stream: FrameStream | None = None,
     out: Path | None = None,
     yaml: Path | None = None,
     picture: Path | None = None,
@@ -81,18 +74,8 @@ def grasp_command(
         Number of grasps that are reported.
     table_height
         Height of the table in the world, m. Scale and tilt of the depth are corrected from it.
-    camera
-        Camera file with the intrinsics; default: <frame>.json or camera.json beside the frame.
-    masks
-        Readings of the robot, and outside a region, that are no objects.
-    oak
-        Read from a connected Luxonis OAK camera instead of a file.
-    record
-        With --oak: also record what the camera sees to this .mcap file, with messages of ROS 2.
-    frames
-        Frames to take from a camera or a recording; default 1 from a camera, all of a recording.
-    topic
-        Topic of the depth images in a recording of ROS 2; default: the only one.
+    stream
+        The frame's camera and masks, or a live camera.
     out
         Output folder for grasps.json, grasps.yaml and grasps.png; frames of a stream go to numbered
         folders inside.
@@ -105,7 +88,8 @@ def grasp_command(
     json
         Print one JSON object on stdout; the table goes to stderr.
     """
-    check_source(frame, oak, record, frames, topic)
+    stream = stream or FrameStream()
+    stream.check(frame)
     hand = (jaw or JawChoice()).load()
     options = _options(calibration_error, friction, depth_error, guarded=guarded)
     if top < 1:
@@ -113,17 +97,13 @@ def grasp_command(
     if table_height is not None and not math.isfinite(table_height):
         raise InputError(f"--table-height must be finite, got {table_height}")
     outputs = {"--yaml": yaml, "--picture": picture, "--page": page}
-    _check_outputs(outputs, several=(oak or is_recording(frame)) and (frames or 2 - oak) > 1)
+    _check_outputs(outputs, several=stream.has_several(frame))
     rows, reports, offered = [], [], True
-    for name, source, depth_frame in open_frames(frame, camera, oak, record, frames, topic):
-        if name is None:
-            # Before the kernels load: that takes longer than the answer.
-            check_usable(frame_faults(depth_frame), source)
-        if not reports:
-            # The times of the first frame then hold no loading of kernels.
-            plan_grasps(load_kernels(), load_hand(WIDE_HAND), options)
-        if masks is not None:
-            depth_frame = masks.applied(depth_frame)
+
+    def prepare() -> None:
+        plan_grasps(load_kernels(), load_hand(WIDE_HAND), options)
+
+    for name, source, depth_frame in stream.open(frame, prepare):
         found = grasp_frame(
             depth_frame, hand, options, source=source, top=top, table_height=table_height
         )
@@ -137,8 +117,6 @@ def grasp_command(
         rows += frame_rows
         reports.append(report)
         offered &= any(grasp.safe for grasp in found.grasps)
-    if not reports:
-        raise InputError(f"{frame} holds no frame")
     if json:
         print_json("grasp", None, rows, hand=hand.name, frames=reports)
     return 0 if offered else 1

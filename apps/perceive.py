@@ -3,17 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
-
-from cyclopts import Parameter
 
 from eyehand.errors import InputError
 from eyehand.grasping import GraspOptions, GraspPurpose
-from eyehand.perception import frame_faults
 
 from .console import print_json, say, show
-from .frame_masks import FrameMasks
-from .frame_stream import check_source, open_frames
+from .frame_stream import FrameStream
 from .output_files import write_perceived_frame
 from .perceived_frame import (
     PerceivedFrame,
@@ -35,12 +30,7 @@ def perceive_command(
     frame: Path | None = None,
     /,
     *,
-    camera: Path | None = None,
-    masks: Annotated[FrameMasks | None, Parameter(name="*", group="Masks")] = None,
-    oak: bool = False,
-    record: Path | None = None,
-    frames: Annotated[int | None, Parameter(name="--frames")] = None,
-    topic: str = "",
+    stream: FrameStream | None = None,
     mcap: Path | None = None,
     purpose: GraspPurpose = "lift",
     out: Path = Path("out/perceive"),
@@ -57,19 +47,8 @@ def perceive_command(
     frame
         Depth frame (.png in mm with a camera file, .npz, organised .pcd or .ply), or a recording
         (.mcap) of an OAK camera or of ROS 2.
-    camera
-        Camera file with the intrinsics; default: <frame>.json or camera.json beside the frame, or
-        the CameraInfo of a recording.
-    masks
-        Readings of the robot, and outside a region, that are no objects.
-    oak
-        Read from a connected Luxonis OAK camera instead of a file.
-    record
-        With --oak: also record what the camera sees to this .mcap file, with messages of ROS 2.
-    frames
-        Frames to take from a camera or a recording; default 1 from a camera, all of a recording.
-    topic
-        Topic of the depth images in a recording of ROS 2; default: the only one.
+    stream
+        The frame's camera and masks, or a live camera.
     mcap
         Also write depth, solids and grasps to this .mcap file with messages of ROS 2. Foxglove and
         RViz show it.
@@ -80,25 +59,23 @@ def perceive_command(
     json
         Print one JSON object on stdout; the table goes to stderr.
     """
-    check_source(frame, oak, record, frames, topic)
-    if mcap is not None and mcap.resolve() in [one.resolve() for one in (frame, record) if one]:
+    stream = stream or FrameStream()
+    stream.check(frame)
+    if mcap is not None and mcap.resolve() in [
+        one.resolve() for one in (frame, stream.record) if one
+    ]:
         raise InputError(f"--mcap must name another file than the recording, got {mcap}")
     check_mcap_name(mcap)
     rows = []
     count = 0
-    stream = open_frames(frame, camera, oak, record, frames, topic)
+
+    def prepare() -> None:
+        # Only now: an input that cannot be read leaves no empty folder.
+        claim_folder(out)
+        plan_scene(load_kernels())
+
     with scene_writer(mcap) as recording:
-        for name, source, depth_frame in stream:
-            if name is None:
-                # Before the kernels load: that takes longer than the answer.
-                check_usable(frame_faults(depth_frame), source)
-            if count == 0:
-                # Only now: an input that cannot be read leaves no empty folder.
-                claim_folder(out)
-                # The times of the first frame then hold no loading of kernels.
-                plan_scene(load_kernels())
-            if masks is not None:
-                depth_frame = masks.applied(depth_frame)
+        for name, source, depth_frame in stream.open(frame, prepare):
             found = perceive_and_plan(depth_frame, GraspOptions(purpose=purpose))
             if name is None:
                 check_usable(found.scene.warnings, source)
@@ -107,8 +84,6 @@ def perceive_command(
                 write_scene(recording, found.frame, found.scene, found.plans, count * PERIOD_S)
             rows += scene_rows(found, name)
             count += 1
-        if count == 0:
-            raise InputError(f"{frame} holds no frame")
     if json:
         print_json("perceive", None, rows, frames=count, out=str(out))
     return 0
