@@ -30,6 +30,7 @@ from eyehand.grasping import (
 )
 from eyehand.perception import DepthFrame, PerceiveOptions, Scene, perceive
 
+from ...bench.peak_memory import return_free_pages
 from ..ground_truth_scene import ground_truth_scene
 from ..mesh_scenes import ObjectSource, mesh_scene
 from ..scenes import GraspFamily, grasp_scene
@@ -129,7 +130,13 @@ def run_trial(trial: GraspTrial) -> TrialResult:
     began = time.process_time()
     cell, robot = make_cell(trial)
     scorer = Scorer(cell, robot, trial.load_step, trial.friction)
-    report = clear_table(cell, GraspOptions(purpose=trial.purpose), ClearOptions(), scorer.on_pick)
+
+    def on_pick(choice: SelectedGrasp, report: PickReport | None) -> None:
+        scorer.on_pick(choice, report)
+        # The planner frees 100 MB per pick.
+        return_free_pages()
+
+    report = clear_table(cell, GraspOptions(purpose=trial.purpose), ClearOptions(), on_pick)
     return scorer.result(trial, report, time.process_time() - began)
 
 

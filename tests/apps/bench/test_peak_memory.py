@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from eyehand.apps.bench import peak_memory
-from eyehand.apps.bench.peak_memory import peak_megabytes, return_freed_memory
+from eyehand.apps.bench.peak_memory import peak_megabytes, return_free_pages
 
 
 def allocate_and_free(megabytes: int) -> int:
@@ -32,6 +32,6 @@ def test_freed_memory_between_live_arrays_returns_to_the_system():
     blocks = [np.ones(100_000, np.uint8) for _ in range(2000)]
     kept = blocks[::50]
     del blocks
-    return_freed_memory()
+    return_free_pages()
     assert peak_memory._status("VmRSS") - before < 40e6
     assert len(kept) == 40
