@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,6 +15,7 @@ from .hands import AnyCommand, HandModel, ParallelHand
 from .hands.finger_control import FingerControl
 from .hands.jaw_control import JawControl
 from .hands.touch_monitor import TouchMonitor
+from .joined_robot import DRIVER_ERRORS, one_line
 from .pick_options import PickOptions
 from .report import Phase, PhaseRecord
 from .robot_checks import check_robot, check_start
@@ -169,7 +170,11 @@ class Cell:
         self, velocity: NDArray[np.float64], command: AnyCommand | None = None
     ) -> RobotReading:
         """Move for one control period at joint velocities (n,), rad/s."""
-        self.reading = reading = self.robot.step(velocity, command)
+        try:
+            self.reading = reading = self.robot.step(velocity, command)
+        except DRIVER_ERRORS as error:
+            fault = self.reading.fault or f"the robot's driver failed: {one_line(error)}"
+            self.reading = reading = replace(self.reading, fault=fault)
         if self._touch is not None and not self.touch_fault:
             self.touch_fault = self._touch.check(reading.hand, self.robot.period)
         force = self.hand.forces(reading.hand)

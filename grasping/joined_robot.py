@@ -110,7 +110,7 @@ class JoinedRobot:
             try:
                 return self._camera.capture()
             except DRIVER_ERRORS as error:
-                reason = _one_line(error)
+                reason = one_line(error)
         raise DeviceError(f"the camera gave no image in {MAX_CAPTURES} attempts: {reason}")
 
     def read(self) -> RobotReading:
@@ -144,7 +144,7 @@ class JoinedRobot:
             part = "hand"
             self._hand_state = self._hand.read()
         except DRIVER_ERRORS as error:
-            self._fault = self._fault or f"the {part}'s driver failed: {_one_line(error)}"
+            self._fault = self._fault or f"the {part}'s driver failed: {one_line(error)}"
             return self.read()
         self._fault = self._fault or state.fault or self._check(state, velocity)
         self._state = state
@@ -173,5 +173,6 @@ class JoinedRobot:
         return ""
 
 
-def _one_line(error: BaseException) -> str:
+def one_line(error: BaseException) -> str:
+    """Return the message of an exception, or its type, in one line."""
     return " ".join(str(error).split()) or type(error).__name__

@@ -62,16 +62,16 @@ def touch_view(
         sensor, known = open_source(source, seed)
         stack.callback(sensor.close)
         known = load_calibration(calibration) if calibration else known
-        contact = ContactSensor(sensor, known or counts_calibration(sensor))
         recorder = None
         if out is not None:
             make_folder(out.parent)
             recorder = stack.enter_context(TactileRecorder(out, sensor.info, known))
+        contact = ContactSensor(sensor, known or counts_calibration(sensor, recorder))
         page = stack.enter_context(TouchPage(contact, "Pa" if known else "counts", port))
         say(f"live page at {page.address} - Ctrl-C ends it")
         forces, faults, frames = _run(contact, page, recorder, seconds)
-        if out is not None:
-            say(f"recorded {frames} images to {out}")
+        if recorder is not None:
+            say(f"recorded {recorder.frames} images to {out}")
         if json:
             row = {
                 "name": sensor.info.name,

@@ -19,7 +19,13 @@ from eyehand.data_synth.pad import (
 )
 from eyehand.errors import InputError
 from eyehand.tactile import Calibration, calibrate
-from eyehand.tactile.sensors import RecordedSensor, TactileSensor, serial_4x6_shear, serial_16x16
+from eyehand.tactile.sensors import (
+    RecordedSensor,
+    TactileRecorder,
+    TactileSensor,
+    serial_4x6_shear,
+    serial_16x16,
+)
 
 from ..named_import import import_named
 from .stress_world import TACTELS, compiled_world
@@ -72,8 +78,12 @@ def _own(source: str) -> TactileSensor:
     return sensor
 
 
-def counts_calibration(sensor: TactileSensor) -> Calibration:
+def counts_calibration(
+    sensor: TactileSensor, recorder: TactileRecorder | None = None
+) -> Calibration:
     """Return a calibration of an untouched sensor by which one count above rest is 1 Pa.
+
+    The recorder gets the images at rest, so that the same ones are used when it is played.
 
     Raises
     ------
@@ -84,6 +94,8 @@ def counts_calibration(sensor: TactileSensor) -> Calibration:
     # A silent sensor is given up after one timeout.
     while len(images) < REST_IMAGES and (frame := sensor.read()) is not None:
         images.append(frame.raw)
+        if recorder is not None:
+            recorder.write(frame)
     raws = np.array(images, float)
     if len(raws) < REST_IMAGES:
         raise InputError(

@@ -107,6 +107,8 @@ def _forbidden(
     kinds = {warning.kind for warning in scene.warnings}
     if scene.support is not None and "support_doubtful" in kinds:
         found.append("the support is doubtful")
+    if "camera" in kinds:
+        found.append("the intrinsics of the camera are implausible")
     if "support_unseen" in kinds:
         found.append("something in front of the support stands on a surface that was not found")
     return tuple(found)

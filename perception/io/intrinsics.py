@@ -32,6 +32,9 @@ CAMERA_FORMS = (
 """The accepted JSON forms, as error messages list them."""
 OPTIONAL_KEYS = ("depth_scale_mm", "T_world_camera", "colour")
 """Optional keys of a camera file. A misspelt one must not count as missing."""
+POSE_KEYS = ("pose", "camera_pose", "extrinsic", "extrinsics")
+DISTORTION_KEYS = ("distortion", "dist_coeffs", "distortion_coefficients")
+"""Names of other programs for a pose of unknown direction, and for a lens that is no pinhole."""
 
 
 @dataclass(frozen=True)
@@ -205,9 +208,22 @@ def _camera_from_json(content: dict[str, Any], width: int, height: int, stem: st
         raise InputError(f"has {keys}, expected {CAMERA_FORMS}")
     # BOP's depth_scale resembles depth_scale_mm, and is no error.
     refuse_misspelt_keys(content.keys() - {"depth_scale"}, OPTIONAL_KEYS)
+    _refuse_other_cameras(content)
     return CameraFile(
         intrinsics, _depth_scale_mm(content), _world_pose(content), _colour_name(content)
     )
+
+
+def _refuse_other_cameras(content: dict[str, Any]) -> None:
+    """Refuse a pose of unknown direction, and lens distortion."""
+    for key in POSE_KEYS:
+        if key in content and "T_world_camera" not in content:
+            raise InputError(
+                f"{key} must be named T_world_camera, and map the camera frame to the world"
+            )
+    for key in DISTORTION_KEYS:
+        if np.any(content.get(key)):
+            raise InputError(f"{key} must be zero, got {content[key]}: undistort the images first")
 
 
 def _check_size(content: dict[str, Any], width: int, height: int, *, required: bool) -> None:

@@ -163,9 +163,9 @@ def _tilt(plane: SupportPlane, T_world_camera: RigidTransform) -> float:
 def _camera_fault(camera: CameraIntrinsics) -> str:
     """Return why the intrinsics are implausible; empty if they are not."""
     size = f"{camera.width} x {camera.height} px"
-    if not (0 <= camera.cx < camera.width and 0 <= camera.cy < camera.height):
+    if not (0 < camera.cx < camera.width and 0 < camera.cy < camera.height):
         where = f"({camera.cx:g}, {camera.cy:g})"
-        return f"the principal point {where} px lies outside the image of {size}"
+        return f"the principal point {where} px is not inside the image of {size}"
     angle = math.degrees(2 * math.atan(camera.width / (2 * camera.fx)))
     low, high = FIELD_OF_VIEW_DEG
     if not low <= angle <= high:

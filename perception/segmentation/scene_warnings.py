@@ -49,7 +49,7 @@ WarningKind = Literal[
 - may_be_background: only a long thin sheet of an object is visible. It may be a part of a wall, a
   board or a floor.
 - camera: the intrinsics are implausible, so that all positions may be wrong: the principal point
-  lies outside the image, or the field of view or the ratio of the focal lengths is odd.
+  is not inside the image, or the field of view or the ratio of the focal lengths is odd.
 - pose: the pose of the camera is implausible: the support or the largest plane is not horizontal
   with it, or the camera is more than 20 m from the origin. It may be inverted or in mm.
 - far: nearly all readings are too far for solids; the depth may have another unit.

@@ -60,6 +60,12 @@ class TactileFrame:
                 f"{info.name}: raw must be {count} uint16, got {self.raw.shape} {self.raw.dtype}; "
                 "raw.astype(np.uint16) converts integers"
             )
+        top = 2**info.bits - 1
+        if self.raw.max(initial=0) > top:
+            raise InputError(
+                f"{info.name}: raw must be 0 to {top} at {info.bits} bits, "
+                f"got {self.raw.max()}: check bits of SensorInfo"
+            )
         shape = None if self.shear is None else self.shear.shape
         if shape != ((count, 2) if info.shear else None):
             raise InputError(f"{info.name}: shear must be {count} x 2 or None, got {shape}")

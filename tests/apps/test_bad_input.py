@@ -23,9 +23,9 @@ DEPTHS = {
     "constant": (np.ones(SHAPE), "all readings are 1.000 m"),
 }
 CAMERAS = {
-    "cx outside": ({"cx": 500.0}, "lies outside the image"),
-    "cx negative": ({"cx": -5.0}, "lies outside the image"),
-    "cy outside": ({"cy": -1.0}, "lies outside the image"),
+    "cx outside": ({"cx": 500.0}, "is not inside the image"),
+    "cx negative": ({"cx": -5.0}, "is not inside the image"),
+    "cy outside": ({"cy": -1.0}, "is not inside the image"),
     "huge fx": ({"fx": 1e300}, "focal lengths must be"),
 }
 

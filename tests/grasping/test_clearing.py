@@ -179,6 +179,18 @@ def test_fault_during_return_is_reported_instead_of_clear_table():
     assert report.stop_reason == "the arm has lost its power"
 
 
+def test_lost_driver_of_a_robot_class_ends_in_a_fault(monkeypatch):
+    robot = FakeRobot()
+
+    def lost(velocity, command=None):
+        raise TimeoutError("no answer")
+
+    monkeypatch.setattr(robot, "step", lost)
+    report, _ = cleared(robot, [box()])
+
+    assert report.stop_reason == "the robot's driver failed: no answer"
+
+
 def test_pick_with_faulty_robot_reports_fault():
     robot = FakeRobot()
     cell = trial_cell(robot, [box()])

@@ -17,7 +17,7 @@ from eyehand.apps.touch.view import touch_view
 from eyehand.apps.touch.view_sources import counts_calibration, open_source
 from eyehand.errors import DeviceError, InputError
 from eyehand.tactile import TactileArray, TactileImage, contact_features
-from eyehand.tactile.sensors import ContactSensor, RecordedSensor, TactileFrame, record
+from eyehand.tactile.sensors import ContactSensor, RecordedSensor, SensorInfo, TactileFrame, record
 
 from ...tactile.sensors.firmware import encode_serial
 
@@ -211,6 +211,31 @@ class Greedy(Mine):
     def __init__(self, port):
         pass
 """
+
+
+def test_recording_without_calibration_is_played_like_the_sensor(tmp_path, monkeypatch):
+    class Pressed:
+        info = SensorInfo("pad", TactileArray.flat(4, 6), 1000.0)
+        count = 0
+
+        def read(self, timeout=1.0):
+            self.count += 1
+            raw = np.full(24, 200 + self.count % 3, np.uint16)
+            raw[[8, 9, 14, 15]] += 500 * (self.count > 60)
+            return TactileFrame(self.count / 1000.0, raw)
+
+        def close(self):
+            pass
+
+    path = tmp_path / "pressed.mcap"
+    monkeypatch.setattr(view, "open_source", lambda *_: (Pressed(), None))
+    touch_view("own", seconds=0.1, out=path, port=ANY_PORT)
+
+    sensor, known = open_source(str(path), 0)
+    contact = ContactSensor(sensor, known or counts_calibration(sensor))
+    forces = [contact.read(0.001).features.force for _ in range(60)]
+    assert forces[5] == 0.0
+    assert forces[-1] > 0.0
 
 
 def test_own_sensor_class_is_a_source(tmp_path, monkeypatch):

@@ -200,6 +200,22 @@ def test_misspelt_optional_key_is_rejected(tmp_path: Path, key: str, meant: str)
             read_camera_file(path, 640, 480)
 
 
+@pytest.mark.parametrize(
+    ("key", "value", "words"),
+    [
+        ("pose", [0.0], "pose must be named T_world_camera"),
+        (
+            "dist_coeffs",
+            [0.2, 0, 0, 0, 0],
+            "dist_coeffs must be zero, got .*: undistort the images",
+        ),
+    ],
+)
+def test_other_cameras_are_rejected(tmp_path: Path, key: str, value: list, words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        read_camera_file(_write(tmp_path, FLAT | {key: value}), 640, 480)
+
+
 def test_inverse_pose_is_rejected(tmp_path: Path) -> None:
     path = _write(tmp_path, FLAT | {"T_camera_world": 1})
     with pytest.raises(InputError, match="T_camera_world must be given as its inverse T_world_cam"):

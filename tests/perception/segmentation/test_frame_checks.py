@@ -49,8 +49,9 @@ def test_constant_image_is_warned_about(share, expected):
 @pytest.mark.parametrize(
     ("changed", "message"),
     [
-        ({"cx": -3.0}, "principal point (-3, 239.5) px lies outside the image of 640 x 480 px"),
+        ({"cx": -3.0}, "principal point (-3, 239.5) px is not inside the image of 640 x 480 px"),
         ({"cy": 480.0}, "principal point"),
+        ({"cx": 0.0, "cy": 0.0}, "principal point (0, 0) px is not inside"),
         ({"fx": 20.0, "fy": 20.0}, "field of view is 172.8°"),
         ({"fx": 9000.0, "fy": 9000.0}, "field of view is 4.1°"),
         (

@@ -175,6 +175,9 @@ def test_image_of_another_array_and_calibration_of_another_converter_are_input_e
     with pytest.raises(InputError, match="raw must be 256 uint16"):
         ContactSensor(Short(box()), CALIBRATION).read(DT)
     sensor = WorldSensor(box())
+    sensor.info = SensorInfo("pad", TactileArray.flat(), 250.0, 8)
+    with pytest.raises(InputError, match="raw must be 0 to 255 at 8 bits, got "):
+        TactileFrame(0.0, np.full(256, 300, np.uint16)).check(sensor.info)
     sensor.info = SensorInfo("pad", TactileArray.flat(), 250.0, 16)
     with pytest.raises(InputError, match="pad has 16 bits, and its calibration 12"):
         ContactSensor(sensor, CALIBRATION)
