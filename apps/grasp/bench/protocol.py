@@ -17,12 +17,13 @@ from eyehand.grasping import JawOptions, load_hand
 
 from ...bench.dials import DialSetting
 from ...bench.machine import core_count, machine_line
-from ...bench.shares import percent, wilson_interval
+from ...bench.shares import percent
 from ..clutter_round import ClutterTrial, clutter_objects, run_clutter_round
 from .jobs import SceneJob
 from .local_runs import run_here
 from .protocol_settings import ProtocolSettings
 from .protocol_table import PUBLISHED, calibration_table, failure_line, protocol_table
+from .summary import rates
 
 BINS = 5
 """Number of bins of the predicted probability, with equally many grasps."""
@@ -170,10 +171,8 @@ def _summary(
     placed = sum(one["placed"] for one in rounds)
     heavy = Counter(name for one in rounds for name in one["heavy"])
     light_wins = sum(attempt["success"] for attempt in light)
-    causes: dict[str, int] = {}
-    for attempt in attempts:
-        if attempt["cause"]:
-            causes[attempt["cause"]] = causes.get(attempt["cause"], 0) + 1
+    light_placed = placed - heavy.total()
+    causes = Counter(attempt["cause"] for attempt in attempts if attempt["cause"])
     return {
         "name": name,
         "family": trial["family"],
@@ -183,13 +182,13 @@ def _summary(
         "rounds": len(rounds),
         "attempts": len(attempts),
         "objects": placed,
-        **_rate("success", wins, len(attempts)),
-        **_rate("declutter", wins, placed),
-        **_rate("light_success", light_wins, len(light)),
-        **_rate("light_declutter", light_wins, placed - heavy.total()),
+        **rates("success_", wins, len(attempts)),
+        **rates("declutter_", min(wins, placed), placed),
+        **rates("light_success_", light_wins, len(light)),
+        **rates("light_declutter_", min(light_wins, light_placed), light_placed),
         "heavy_objects": dict(sorted(heavy.items())),
         "nothing_offered": sum(one["ended"].startswith("no grasp") for one in rounds),
-        "causes": dict(sorted(causes.items(), key=lambda item: -item[1])),
+        "causes": dict(causes.most_common()),
         "calibration": _bins(attempts),
         "perceive_ms": _median([a["perceive_ms"] for a in attempts]),
         "plan_ms": _median([a["plan_ms"] for a in attempts]),
@@ -199,15 +198,6 @@ def _summary(
 
 def _attempts(rounds: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
     return [attempt for one in rounds for attempt in one["attempts"]]
-
-
-def _rate(name: str, wins: int, total: int) -> dict[str, float | None]:
-    low, high = wilson_interval(min(wins, total), total)
-    return {
-        f"{name}_pct": percent(wins / total if total else None),
-        f"{name}_ci_low_pct": percent(low),
-        f"{name}_ci_high_pct": percent(high),
-    }
 
 
 def _bins(attempts: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:

@@ -8,7 +8,7 @@ from typing import Any
 from rich.table import Table
 
 from ...console import wide_table
-from .summary_table import NO_VALUE
+from .summary_table import NO_VALUE, rate_text, value_text
 
 COLUMNS = (
     *("rounds", "grasps", "success", "declutter", "light success", "light declutter"),
@@ -101,18 +101,7 @@ def _cells(row: Mapping[str, Any]) -> list[str]:
         row["name"],
         f"{row['rounds']}",
         f"{row['attempts']}",
-        *[_rate(row, name) for name in RATES],
-        _time(row["perceive_ms"]),
-        _time(row["plan_ms"]),
+        *[rate_text(row, f"{name}_") for name in RATES],
+        value_text(row["perceive_ms"], 0, "ms"),
+        value_text(row["plan_ms"], 0, "ms"),
     ]
-
-
-def _rate(row: Mapping[str, Any], name: str) -> str:
-    if row[f"{name}_pct"] is None:
-        return NO_VALUE
-    low, high = row[f"{name}_ci_low_pct"], row[f"{name}_ci_high_pct"]
-    return f"{row[f'{name}_pct']:.1f} % ({low:.0f}-{high:.0f})"
-
-
-def _time(value: float | None) -> str:
-    return NO_VALUE if value is None else f"{value:.0f} ms"

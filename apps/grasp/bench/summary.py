@@ -119,7 +119,7 @@ def prototype_rows(records: Sequence[Record]) -> list[dict[str, Any]]:
         for prototype, count in Counter(pick["prototype"] for pick in own).most_common():
             wins = sum(pick["success"] for pick in own if pick["prototype"] == prototype)
             name = f"{prototype}, known" if known else prototype
-            rows.append({"name": name, **_rate("", wins, count), "picks": count, "successes": wins})
+            rows.append({"name": name, **rates("", wins, count), "picks": count, "successes": wins})
     return rows
 
 
@@ -199,10 +199,10 @@ def _summary(name: str, records: Sequence[Record]) -> dict[str, Any]:
         "attempts": sum(bool(pick["tried"]) for pick in picks),
         "picks": len(picks),
         "successes": wins,
-        **_rate("", wins, len(picks)),
+        **rates("", wins, len(picks)),
         "placed": placed,
         "objects": total,
-        **_rate("cleared_", min(placed, total), total),
+        **rates("cleared_", min(placed, total), total),
         **_times("perceive", picks),
         **_times("plan", picks),
         "seconds_per_pick": _rounded(_mean(_figures(picks, "seconds")), 2),
@@ -217,8 +217,8 @@ def _summary(name: str, records: Sequence[Record]) -> dict[str, Any]:
         "score_brier": _brier(picks, "score"),
         "outcomes": dict(Counter(true_outcome(pick) for pick in picks).most_common()),
         "too_wide": dict(sorted(wide.items())),
-        **_rate("holdable_", wins, len(picks) - wide.total()),
-        **_rate("holdable_cleared_", min(placed, total - wide.total()), total - wide.total()),
+        **rates("holdable_", wins, len(picks) - wide.total()),
+        **rates("holdable_cleared_", min(placed, total - wide.total()), total - wide.total()),
     }
 
 
@@ -226,7 +226,11 @@ def _is_too_wide(pick: Record) -> bool:
     return pick["outcome"] == TOO_WIDE
 
 
-def _rate(prefix: str, wins: int, tries: int) -> dict[str, float | None]:
+def rates(prefix: str, wins: int, tries: int) -> dict[str, float | None]:
+    """Return a rate and its 95 % Wilson interval, %: ``PREFIXpct`` and ``PREFIXci_low_pct``.
+
+    Without a prefix, the rate is ``success_pct``.
+    """
     low, high = wilson_interval(wins, tries)
     share = _rounded(100 * wins / tries) if tries else None
     return {
@@ -257,7 +261,7 @@ def _held(picks: Sequence[Record]) -> dict[str, Any]:
     return {
         "lifted": len(lifted),
         "kept": kept,
-        **_rate("kept_", kept, len(lifted)),
+        **rates("kept_", kept, len(lifted)),
         "squeeze": _rounded(float(np.median(squeezes)), 2) if squeezes else None,
     }
 

@@ -60,12 +60,12 @@ def table_cells(row: Mapping[str, Any]) -> list[str]:
         f"{row['attempts']}{all_picks}",
         rate_text(row),
         rate_text(row, "cleared_"),
-        _text(row["perceive_ms"], 0, "ms"),
-        _text(row["plan_ms"], 0, "ms"),
+        value_text(row["perceive_ms"], 0, "ms"),
+        value_text(row["plan_ms"], 0, "ms"),
         NO_VALUE if row["picks_per_hour"] is None else f"{row['picks_per_hour']:.0f}",
         f"{row['touched_before']}",
         f"{row['touched_pushing']}/{row['pushing_picks']}" if row["pushing_picks"] else NO_VALUE,
-        _text(row["displacement_p90_mm"], 1, "mm"),
+        value_text(row["displacement_p90_mm"], 1, "mm"),
         NO_VALUE if row["kept_pct"] is None else f"{row['kept_pct']:.1f} % of {row['lifted']}",
         NO_VALUE if row["squeeze"] is None else f"{row['squeeze']:.1f}",
     ]
@@ -97,5 +97,6 @@ def rate_text(row: Mapping[str, Any], prefix: str = "") -> str:
     return f"{share:.1f} % ({low:.0f}-{high:.0f})"
 
 
-def _text(value: float | None, digits: int, unit: str) -> str:
+def value_text(value: float | None, digits: int, unit: str) -> str:
+    """Return a value with its unit; NO_VALUE for None."""
     return NO_VALUE if value is None else f"{value:.{digits}f} {unit}"
