@@ -20,7 +20,6 @@ from .hand_state import (
     finger_reading,
     grip_width,
     is_holding,
-    touching_joints,
 )
 from .wrapping import DRAW_TENSION, DRAW_TENSION_RATE, THUMB_HOLD_SHARE, Wrapping
 
@@ -243,11 +242,7 @@ class Closing:
             self._cage(dt)
             return
         if self._angles is not None:
-            moved = np.abs(reading.angles - self._angles)
-            if self._prototype != "power":
-                # A finger beside the object may still follow the others, or close on nothing.
-                moved = moved[touching_joints(reading, self._hand, self._options.touch_force)]
-            speed = float(moved.max(initial=0.0)) / dt
+            speed = float(np.abs(reading.angles - self._angles).max(initial=0.0)) / dt
             self._steady_seconds = self._steady_seconds + dt if speed < STEADY_SPEED else 0.0
         limit, wrapped = goal, True
         if self._prototype == "power" and self._wraps:
@@ -348,3 +343,8 @@ def preshape_command(hand: HandModel, opening: float, prototype: Prototype) -> H
             if name not in (PINCER_FINGER, THUMB, *WRAP_DRIVES):
                 values[k] = hand.excursions_at(opening + IDLE_OPENING)[k]
     return HandCommand(("position",) * len(hand.drives), values)
+
+
+def open_command(hand: HandModel) -> HandCommand:
+    """Return the command that opens the hand fully."""
+    return HandCommand(("pull",) * len(hand.drives), np.zeros(len(hand.drives)))

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from eyehand.tactile import ContactFeatures, contact_features
 
 from ..prototypes import Prototype
-from .closing import Closing, preshape_command
+from .closing import Closing, open_command, preshape_command
 from .grip_options import GripOptions
 from .hand_control import ClosingController, HeldState
-from .hand_messages import AnyReading, HandCommand, HandReading, open_command
+from .hand_messages import AnyReading, HandCommand, HandReading
 from .hand_model import HandModel
 from .hand_names import TIP
 from .hand_state import finger_curl, finger_reading, grip_width, is_holding

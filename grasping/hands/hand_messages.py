@@ -12,8 +12,6 @@ if TYPE_CHECKING:
 
     from eyehand.tactile import TactileImage
 
-    from .hand_model import HandModel
-
 DriveMode = Literal["position", "pull", "hold"]
 """Mode of a drive.
 
@@ -94,8 +92,3 @@ AnyCommand: TypeAlias = HandCommand | JawCommand
 """Command of either kind of hand."""
 AnyReading: TypeAlias = HandReading | JawReading
 """Reading of either kind of hand."""
-
-
-def open_command(hand: HandModel) -> HandCommand:
-    """Return the command that opens the hand fully."""
-    return HandCommand(("pull",) * len(hand.drives), np.zeros(len(hand.drives)))

@@ -96,13 +96,6 @@ def finger_forces(reading: HandReading, hand: HandModel) -> NDArray[np.float64]:
     )
 
 
-def touching_joints(reading: HandReading, hand: HandModel, min_force: float) -> NDArray[np.bool_]:
-    """Return a mask (J,) of the joints of fingers that feel at least ``min_force``, N."""
-    forces = zip(hand.fingers, finger_forces(reading, hand), strict=True)
-    touching = tuple(finger for finger, force in forces if force >= min_force)
-    return np.array([joint.startswith(touching) for joint in hand.joints], dtype=bool)
-
-
 def non_tip_force(reading: HandReading, hand: HandModel, prefix: str = "") -> float:
     """Return the force on all pads except the fingertips, N.
 

@@ -77,16 +77,6 @@ def test_contact_on_both_sides_raises_tension_to_prototype_value(hand):
     assert command.values[2] >= 3 * 70.0
 
 
-@pytest.mark.parametrize(("moving", "state"), [("index", "holding"), ("middle", "gripping")])
-def test_only_fingers_on_the_object_must_stand_still(hand, moving, state):
-    closing = Closing(hand, "precision", 0.08)
-    for cycle in range(250):
-        angles = np.zeros(8)
-        angles[hand.joints.index(f"{moving}_1")] = 0.5 * DT * cycle
-        closing.step(reading(hand, hand.excursions_at(0.06), [0, 1, 1, 3, 0], angles), DT)
-    assert closing.state == state
-
-
 def test_closing_without_object_ends_empty(hand):
     closing = Closing(hand, "pincer", 0.04)
     closed = hand.excursions[0] * 1.02

@@ -10,8 +10,7 @@ from hypothesis import strategies as st
 from eyehand.errors import InputError
 from eyehand.grasping import HandModel
 from eyehand.grasping.hands import HandReading, nominal_hand
-from eyehand.grasping.hands.closing import Closing, preshape_command
-from eyehand.grasping.hands.hand_messages import open_command
+from eyehand.grasping.hands.closing import Closing, open_command, preshape_command
 from eyehand.grasping.hands.hand_names import WRAP_DRIVES
 from eyehand.grasping.hands.hand_state import is_holding
 
