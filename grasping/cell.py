@@ -18,7 +18,7 @@ from .hands.touch_monitor import TouchMonitor
 from .joined_robot import DRIVER_ERRORS, one_line
 from .pick_options import PickOptions
 from .report import Phase, PhaseRecord
-from .robot_checks import check_robot, check_start
+from .robot_checks import DirectionCheck, check_robot, check_start
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -104,8 +104,10 @@ class Cell:
         self.touch_fault = ""
         """What is wrong with the hand's sense of touch; empty if nothing."""
         self._touch: TouchMonitor | None = TouchMonitor()
+        self._fault = ""
         self._models: dict[tuple[float, ...], RobotModel] = {}
         check_start(self.reading, self.robot, self._model_with_open_hand())
+        self._direction = DirectionCheck(self.reading)
 
     def model(self, posture: NDArray[np.float64]) -> RobotModel:
         """Return the model of arm and hand in a posture of the hand (`HandControl.posture`)."""
@@ -171,10 +173,14 @@ class Cell:
     ) -> RobotReading:
         """Move for one control period at joint velocities (n,), rad/s."""
         try:
-            self.reading = reading = self.robot.step(velocity, command)
+            reading = self.robot.step(velocity, command)
         except DRIVER_ERRORS as error:
-            fault = self.reading.fault or f"the robot's driver failed: {one_line(error)}"
-            self.reading = reading = replace(self.reading, fault=fault)
+            reading = self.reading
+            self._fault = self._fault or f"the robot's driver failed: {one_line(error)}"
+        self._fault = self._fault or self._direction.check(velocity, reading, self.robot.period)
+        if self._fault and not reading.fault:
+            reading = replace(reading, fault=self._fault)
+        self.reading = reading
         if self._touch is not None and not self.touch_fault:
             self.touch_fault = self._touch.check(reading.hand, self.robot.period)
         force = self.hand.forces(reading.hand)

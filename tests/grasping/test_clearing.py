@@ -191,6 +191,17 @@ def test_lost_driver_of_a_robot_class_ends_in_a_fault(monkeypatch):
     assert report.stop_reason == "the robot's driver failed: no answer"
 
 
+def test_arm_that_moves_against_its_commands_is_stopped_at_once(monkeypatch):
+    robot = FakeRobot()
+    step, start = robot.step, robot.q.copy()
+    monkeypatch.setattr(robot, "step", lambda velocity, command=None: step(-velocity, command))
+
+    report, _ = cleared(robot, [box()])
+
+    assert report.stop_reason.startswith("the arm moves against its command")
+    assert np.abs(robot.q - start).max() < 0.3
+
+
 def test_pick_with_faulty_robot_reports_fault():
     robot = FakeRobot()
     cell = trial_cell(robot, [box()])
