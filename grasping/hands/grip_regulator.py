@@ -9,6 +9,9 @@ from .closing import Closing
 FEELING_SECONDS, REGULATION_SECONDS = 0.03, 0.1
 """Time constants of the filter of the force on the pads, and of correcting it, s. Pads on an object
 that moves bounce."""
+READING_SECONDS = 0.04
+"""Assumed lateness of the pads' readings while the grip is relaxed, s. The readings of slow pads
+are still high then. Without this, the grip on a light object undershot to nothing."""
 RATIO_RANGE = (0.3, 1.2)
 """Range of the ratio of tension and force on the pads, as a multiple of the usual ratio. It depends
 on the size of the object."""
@@ -29,7 +32,7 @@ class GripRegulator:
     def __init__(self, closing: Closing) -> None:
         self._closing = closing
         self._wanted: float | None = None
-        self._felt = 0.0
+        self._felt = self._expected = 0.0
         self._ratio = closing.tension_per_force
 
     def settle(self) -> None:
@@ -64,11 +67,13 @@ class GripRegulator:
         """
         closing = self._closing
         if self._wanted is None:
-            self._wanted = self._felt = measured
+            self._wanted = self._felt = self._expected = measured
             usual = closing.tension_per_force
             share = closing.tension / max(usual * measured, 1.0)
             self._ratio = usual * float(np.clip(share, *RATIO_RANGE))
         self._felt += (measured - self._felt) * dt / FEELING_SECONDS
-        change = force - self._wanted + (force - self._felt) * dt / REGULATION_SECONDS
+        late = FEELING_SECONDS + READING_SECONDS
+        self._expected = max(self._expected + (force - self._expected) * dt / late, force)
+        change = force - self._wanted + (self._expected - self._felt) * dt / REGULATION_SECONDS
         self._wanted = force
         closing.pull_with(closing.tension + self._ratio * change)
