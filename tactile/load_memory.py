@@ -130,10 +130,13 @@ class MemoryFilter:
     ----------
     memory
         Memory of the foam.
+    doubt
+        Share of the memory up to which a pressure cannot be distinguished from it, and is returned
+        as 0. 1 for points, which must not lie in the air; 0 for the force of a grip that is eased.
     """
 
-    def __init__(self, memory: FoamMemory) -> None:
-        self._memory = memory
+    def __init__(self, memory: FoamMemory, doubt: float = 1.0) -> None:
+        self._memory, self._doubt = memory, doubt
         self._load: NDArray[np.float64] | None = None
         self._crept: NDArray[np.float64] | None = None
 
@@ -145,8 +148,7 @@ class MemoryFilter:
     ) -> NDArray[np.float64]:
         """Return the pressures of an image without memory.
 
-        A pressure below `share` of the earlier load is returned as 0: it cannot be distinguished
-        from memory. The load of a saturated tactel is unknown. It is taken as the largest one that
+        The load of a saturated tactel is unknown. It is taken as the largest one that
         its reading can be the memory of, and its pressure is returned as it is read.
 
         Parameters
@@ -190,4 +192,4 @@ class MemoryFilter:
         self._load = np.maximum(true + (load - true) * kept, true)
         if saturated is not None and share > 0.0:
             self._load = np.where(saturated, pressures / share, self._load)
-        return np.where(true > share * self._load, true, 0.0)
+        return np.where(true > self._doubt * share * self._load, true, 0.0)

@@ -94,7 +94,7 @@ class HandTouch:
         self._memory = SensorMemory(sensor, readout, seed)
         self._rng = np.random.default_rng((seed, 4))
         self._tracker = RestTracker(self._calibration)
-        self._filter = MemoryFilter(_fitted_memory(sensor, count, seed))
+        self._filter = MemoryFilter(_fitted_memory(sensor, count, seed), doubt=0.0)
         self._threshold = self._calibration.threshold(THRESHOLD_SIGMAS)
         self._time: float | None = None
         self._forces, self._images = np.zeros(len(pads)), np.zeros((len(tips), ROWS * COLUMNS))

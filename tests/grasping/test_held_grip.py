@@ -163,6 +163,19 @@ def test_regulator_reaches_the_wanted_force(force):
     assert 2.0 * held.side() == pytest.approx(force, rel=0.02)
 
 
+def test_late_pads_do_not_let_go_while_the_grip_is_relaxed():
+    held = HeldObject(0.06, 0.3)
+    regulator, force = GripRegulator(held.closing), 2.0 * held.side()
+    felt, goal, lowest = force, force, 1.0
+    for _ in range(300):
+        felt += (2.0 * held.side() - felt) * PERIOD / 0.04
+        goal += (4.4 - goal) * PERIOD / 0.2
+        regulator.press(goal, felt, PERIOD)
+        lowest = min(lowest, 2.0 * held.side() / goal)
+    assert lowest > 0.8
+    assert 2.0 * held.side() == pytest.approx(4.4, abs=0.3)
+
+
 def test_carry_uses_at_least_the_usual_tension():
     held = HeldObject(0.15, 1.0)
     held.pull()

@@ -64,6 +64,13 @@ def test_the_creep_of_a_long_grip_is_no_contact_after_it():
     assert sense(touch, 0.0, 6.0, 4.0)[25:].max() < 0.3
 
 
+def test_an_eased_grip_is_still_felt():
+    touch = HandTouch(SENSORS["harsh"], HAND, TIPS, seed=5)
+    sense(touch, 6.0, 0.0, 0.5)
+    eased = sense(touch, 0.8, 0.5, 1.0)[50:, [HAND.pads.index(tip) for tip in TIPS]]
+    assert eased.min() > 0.2, "a force of 0.8 N is above the memory of 6 N"
+
+
 def test_the_driver_removes_drift():
     touch = HandTouch(replace(SENSORS["real"], drift=6.0), HAND, TIPS, seed=2)
     read = [sense(touch, 0.0, second, PERIOD)[-1] for second in np.arange(0.0, 240.0, 0.08)]
