@@ -41,6 +41,7 @@ def grasp_command(
     friction: float = 0.6,
     depth_error: float = 3.0,
     guarded: bool = False,
+    inclined: bool = False,
     top: int = 10,
     table_height: float | None = None,
     stream: FrameStream | None = None,
@@ -70,6 +71,8 @@ def grasp_command(
         calibrated. With --table-height it is at most 0.5.
     guarded
         The arm stops at the first contact of the hand, and closes there.
+    inclined
+        The table is inclined. Otherwise no grasp is safe on a table that tilts by more than 3°.
     top
         Number of grasps that are reported.
     table_height
@@ -91,7 +94,9 @@ def grasp_command(
     stream = stream or FrameStream()
     stream.check(frame)
     hand = (jaw or JawChoice()).load()
-    options = _options(calibration_error, friction, depth_error, guarded=guarded)
+    options = replace(
+        _options(calibration_error, friction, depth_error), guarded=guarded, inclined=inclined
+    )
     if top < 1:
         raise InputError(f"--top must be >= 1, got {top}")
     if table_height is not None and not math.isfinite(table_height):
@@ -122,9 +127,7 @@ def grasp_command(
     return 0 if offered else 1
 
 
-def _options(
-    calibration_error: float, friction: float, depth_error: float, *, guarded: bool
-) -> JawOptions:
+def _options(calibration_error: float, friction: float, depth_error: float) -> JawOptions:
     if not 0.0 <= calibration_error <= MAX_CALIBRATION_ERROR:
         raise InputError(
             f"--calibration-error must be 0 to {MAX_CALIBRATION_ERROR:g} mm, got "
@@ -136,7 +139,6 @@ def _options(
         friction=friction,
         calibration_error=1e-3 * calibration_error,
         depth_error=1e-2 * depth_error,
-        guarded=guarded,
     )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,10 +15,10 @@ from .hands import AnyCommand, HandModel, ParallelHand
 from .hands.finger_control import FingerControl
 from .hands.jaw_control import JawControl
 from .hands.touch_monitor import TouchMonitor
-from .joined_robot import DRIVER_ERRORS, one_line
 from .pick_options import PickOptions
 from .report import Phase, PhaseRecord
-from .robot_checks import DirectionCheck, check_robot, check_start
+from .robot_checks import check_robot, check_start
+from .robot_watch import RobotWatch
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -53,7 +53,7 @@ class CycleInfo:
 
 @dataclass
 class Cell:
-    """A robot at work. Every motion goes through :meth:`step`, which records forces.
+    """A robot at work. Every motion goes through :meth:`step`, which records forces and faults.
 
     Parameters
     ----------
@@ -104,10 +104,9 @@ class Cell:
         self.touch_fault = ""
         """What is wrong with the hand's sense of touch; empty if nothing."""
         self._touch: TouchMonitor | None = TouchMonitor()
-        self._fault = ""
         self._models: dict[tuple[float, ...], RobotModel] = {}
         check_start(self.reading, self.robot, self._model_with_open_hand())
-        self._direction = DirectionCheck(self.reading)
+        self._watch = RobotWatch(self.reading)
 
     def model(self, posture: NDArray[np.float64]) -> RobotModel:
         """Return the model of arm and hand in a posture of the hand (`HandControl.posture`)."""
@@ -172,15 +171,7 @@ class Cell:
         self, velocity: NDArray[np.float64], command: AnyCommand | None = None
     ) -> RobotReading:
         """Move for one control period at joint velocities (n,), rad/s."""
-        try:
-            reading = self.robot.step(velocity, command)
-        except DRIVER_ERRORS as error:
-            reading = self.reading
-            self._fault = self._fault or f"the robot's driver failed: {one_line(error)}"
-        self._fault = self._fault or self._direction.check(velocity, reading, self.robot.period)
-        if self._fault and not reading.fault:
-            reading = replace(reading, fault=self._fault)
-        self.reading = reading
+        self.reading = reading = self._watch.step(self.robot, velocity, command)
         if self._touch is not None and not self.touch_fault:
             self.touch_fault = self._touch.check(reading.hand, self.robot.period)
         force = self.hand.forces(reading.hand)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from eyehand.control import CollisionWorld, PlannedApproach
 from eyehand.control.tasks import Posture
-from eyehand.errors import DeviceError, InputError
+from eyehand.errors import InputError
 
 from .failed_grasps import FailedGrasps
 from .frame_fusion import fuse_frames
@@ -21,6 +21,7 @@ from .pick_verification import verify_pick
 from .planning import GraspOptions
 from .report import CLEAR, NOT_TRIED, NOTHING_GRASPABLE, ClearReport, PickReport
 from .robot_checks import check_frame
+from .robot_watch import DRIVER_ERRORS
 from .scene_validation import validate_scene
 
 if TYPE_CHECKING:
@@ -277,7 +278,7 @@ def observe(cell: Cell) -> tuple[Scene | None, float, str]:
             frame = fuse_frames(frames)
             scene = _without_tray(cell.perceive(frame), cell.tray)
             problem = validate_scene(frame, scene, cell.tray)
-        except (InputError, DeviceError) as error:
+        except (InputError, *DRIVER_ERRORS) as error:
             scene, problem = None, f"no valid depth image: {error}"
         spent += 1e3 * (time.perf_counter() - began)
         if scene is not None and not problem:

@@ -14,27 +14,16 @@ from eyehand.perception import DepthFrame
 from .hands import AnyCommand, AnyReading, HandModel, ParallelHand
 from .robot import Arm, ArmReading, Camera, Hand, RobotReading
 from .robot_checks import ARM, CAMERA, HAND, check_members, check_type
+from .robot_watch import DRIVER_ERRORS, one_line
 
-STALE_SECONDS = 0.3
-"""Time without a new state of the arm after which it counts as stopped, s. It is ten times the
-delay of a slow network."""
-STOPPED_SECONDS = 0.6
-"""Time for which the arm must stand still against its command to count as stopped, s."""
-MIN_COMMAND = 0.05
-"""Norm of the commanded velocities above which a standing arm does not follow, rad/s."""
-FOLLOW_SHARE = 0.05
-"""Share of the commanded path below which the arm does not follow."""
 MAX_CAPTURES = 3
 """Number of attempts to capture a depth image. Cameras drop single frames."""
-DRIVER_ERRORS = (DeviceError, OSError, EOFError)
-"""Exceptions by which a driver reports that it lost its device. TimeoutError is an OSError."""
 
 
 class JoinedRobot:
     """A robot made of three drivers. It implements `eyehand.grasping.Robot`.
 
-    Errors of a driver, an arm whose state does not change any more, and an arm that does not follow
-    its commands become `RobotReading.fault`. The arm is then commanded to stand still.
+    Errors of a driver become a `DeviceError` that names the driver.
 
     Parameters
     ----------
@@ -64,11 +53,6 @@ class JoinedRobot:
         check_members(camera, CAMERA, "Camera")
         self._arm, self._hand, self._camera = arm, hand, camera
         self._describe, self._hand_frame = describe, hand_frame
-        self._fault = ""
-        self._still_since: float | None = None
-        self._stale = 0.0
-        self._wanted = np.zeros(len(arm.joints))
-        self._start_q = np.zeros(len(arm.joints))
         self._state = arm.read()
         check_type(self._state, ArmReading, "arm.read()")
         self._hand_state: AnyReading = hand.read()
@@ -116,9 +100,7 @@ class JoinedRobot:
     def read(self) -> RobotReading:
         """Return the current state without moving."""
         arm = self._state
-        return RobotReading(
-            arm.time, arm.q, arm.velocity, self._hand_state, self._fault, arm.wrench
-        )
+        return RobotReading(arm.time, arm.q, arm.velocity, self._hand_state, arm.fault, arm.wrench)
 
     def step(
         self, velocity: NDArray[np.float64], command: AnyCommand | None = None
@@ -129,6 +111,8 @@ class JoinedRobot:
         ------
         InputError
             If the velocities have a wrong shape or are not finite.
+        DeviceError
+            If the driver of the arm or of the hand fails.
         """
         velocity = np.asarray(velocity, dtype=np.float64)
         if velocity.shape != (len(self.joints),) or not np.isfinite(velocity).all():
@@ -137,42 +121,12 @@ class JoinedRobot:
             )
         part = "hand"
         try:
-            if command is not None and not self._fault:
+            if command is not None:
                 self._hand.move(command)
             part = "arm"
-            state = self._arm.step(np.zeros_like(velocity) if self._fault else velocity)
+            self._state = self._arm.step(velocity)
             part = "hand"
             self._hand_state = self._hand.read()
         except DRIVER_ERRORS as error:
-            self._fault = self._fault or f"the {part}'s driver failed: {one_line(error)}"
-            return self.read()
-        self._fault = self._fault or state.fault or self._check(state, velocity)
-        self._state = state
+            raise DeviceError(f"{part}: {one_line(error)}") from None
         return self.read()
-
-    def _check(self, state: ArmReading, velocity: NDArray[np.float64]) -> str:
-        """Return the fault of an arm that sends no new state or does not follow; else nothing."""
-        period = self.period
-        self._stale = self._stale + period if state.time <= self._state.time else 0.0
-        if self._stale > STALE_SECONDS:
-            return f"the arm has sent no new state for {self._stale:.1f} s"
-        if np.linalg.norm(velocity) < MIN_COMMAND:
-            self._still_since = None
-            return ""
-        if self._still_since is None:
-            self._still_since, self._start_q = state.time, state.q.copy()
-            self._wanted = np.zeros(len(velocity))
-        self._wanted = self._wanted + period * np.abs(velocity)
-        if state.time - self._still_since < STOPPED_SECONDS:
-            return ""
-        path = float(np.linalg.norm(self._wanted))
-        moved = float(np.linalg.norm(state.q - self._start_q))
-        self._still_since = None
-        if moved < FOLLOW_SHARE * path:
-            return f"the arm does not follow: it moved {moved:.3f} rad of {path:.2f} commanded"
-        return ""
-
-
-def one_line(error: BaseException) -> str:
-    """Return the message of an exception, or its type, in one line."""
-    return " ".join(str(error).split()) or type(error).__name__

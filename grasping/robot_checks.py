@@ -13,8 +13,6 @@ from .hands import HandModel, HandReading, JawReading, ParallelHand
 from .robot import RobotReading
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from eyehand.control import RobotModel
 
     from .robot import Robot
@@ -30,11 +28,6 @@ HOME = "home"
 JOINT_MARGIN = 0.1
 """Distance by which a measured joint may exceed its limit, rad or m. It covers errors of encoders
 and of the robot's file."""
-CHECK_SECONDS, MIN_WAY = 0.2, 0.03
-"""Time, s, and least commanded way, rad, over which the direction of the arm is checked."""
-AGAINST = 0.3
-"""Share of the commanded way that an arm must move backwards to be stopped. A delay of 30 ms at a
-reversal is 0.15."""
 WIDTH_MARGIN = 0.02
 """Distance by which a measured width may exceed the stroke of the hand, m."""
 
@@ -120,32 +113,6 @@ def check_start(reading: Any, robot: Robot, model: RobotModel) -> None:
                 f"robot.read().hand.width must be 0 to {stroke:g} m, got {width:.4g}: "
                 "write it in m, not in mm"
             )
-
-
-class DirectionCheck:
-    """Check that the arm moves along its commands, not against them.
-
-    Parameters
-    ----------
-    reading
-        The first reading of the robot.
-    """
-
-    def __init__(self, reading: RobotReading) -> None:
-        self._start = reading
-        self._wanted = np.zeros_like(reading.q)
-
-    def check(self, velocity: NDArray[np.float64], reading: RobotReading, period: float) -> str:
-        """Return the fault after a period with this commanded velocity (n,), rad/s; or ""."""
-        self._wanted = self._wanted + period * velocity
-        if reading.time - self._start.time < CHECK_SECONDS:
-            return ""
-        moved, wanted = reading.q - self._start.q, self._wanted
-        self._start, self._wanted = reading, np.zeros_like(wanted)
-        length = float(wanted @ wanted)
-        if length < MIN_WAY**2 or float(moved @ wanted) > -AGAINST * length:
-            return ""
-        return "the arm moves against its command: check the sign and order of the velocities"
 
 
 def check_frame(frame: Any) -> None:

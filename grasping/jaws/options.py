@@ -39,6 +39,9 @@ class JawOptions:
     """Whether the arm stops at the first contact of the hand, and closes there. With an unknown
     scale, such a grasp may lie up to 24 mm deeper than the object looks, even below the support:
     never execute it with an arm that does not stop."""
+    inclined: bool = False
+    """Whether the support is inclined in the world. Otherwise no grasp is safe on a support that
+    tilts by more than 3°: the pose of the camera is then probably wrong."""
     per_object: int = 3
     """Maximum number of grasps returned for each object."""
     approaches: int = 24

@@ -37,6 +37,13 @@ DENSE = 1000.0
 SAFE_WIDTH_SHARE = 0.92
 """A wider object is gripped at the limit of the stroke: 73 mm for a jaw of 80 mm."""
 
+WRONG_FRAME = {
+    "camera": "the intrinsics of the camera are implausible",
+    "pose": "the pose of the camera is implausible",
+    "support_tilted": "the support is tilted in the world",
+}
+"""Warnings of a scene whose positions are probably wrong, and what they forbid."""
+
 
 def ranked_grasps(
     scored: ScoredCandidates,
@@ -107,8 +114,9 @@ def _forbidden(
     kinds = {warning.kind for warning in scene.warnings}
     if scene.support is not None and "support_doubtful" in kinds:
         found.append("the support is doubtful")
-    if "camera" in kinds:
-        found.append("the intrinsics of the camera are implausible")
+    for kind, what in WRONG_FRAME.items():
+        if kind in kinds and not (kind == "support_tilted" and options.inclined):
+            found.append(what)
     if "support_unseen" in kinds:
         found.append("something in front of the support stands on a surface that was not found")
     return tuple(found)

@@ -151,7 +151,7 @@ def check_tilt(
         f"the support is tilted by {math.degrees(tilt):.1f}° in the world. If the table is level, "
         "the rotation of T_world_camera is wrong, and so are all positions in the world"
     )
-    return (SceneWarning("pose", message),)
+    return (SceneWarning("support_tilted", message),)
 
 
 def _tilt(plane: SupportPlane, T_world_camera: RigidTransform) -> float:

@@ -20,6 +20,7 @@ WarningKind = Literal[
     "below_support",
     "support_hidden",
     "support_unseen",
+    "support_tilted",
     "container",
     "container_heaped",
     "nothing_found",
@@ -41,6 +42,8 @@ WarningKind = Literal[
 - support_hidden: no part of the first support is visible. It is a plane below all readings.
 - support_unseen: much of the image is in front of the supports and out of their reach. It stands on
   a surface that was not found, such as the board of a shelf seen edge-on.
+- support_tilted: the support tilts by more than 3° in the world. If it is level, the rotation of
+  the camera's pose is wrong.
 - container: a bin, tote, box or tray is in the scene. Its floor and walls are no objects.
 - container_heaped: the contents of a container hide its whole floor.
 - nothing_found: there is no object, although readings stand above the support.
@@ -50,8 +53,8 @@ WarningKind = Literal[
   board or a floor.
 - camera: the intrinsics are implausible, so that all positions may be wrong: the principal point
   is not inside the image, or the field of view or the ratio of the focal lengths is odd.
-- pose: the pose of the camera is implausible: the support or the largest plane is not horizontal
-  with it, or the camera is more than 20 m from the origin. It may be inverted or in mm.
+- pose: the pose of the camera is implausible: the largest plane is far from horizontal with it, or
+  the camera is more than 20 m from the origin. It may be inverted or in mm.
 - far: nearly all readings are too far for solids; the depth may have another unit.
 - noise: the readings are noise; there is no smooth surface.
 - constant: all readings are equal; the image shows no scene.

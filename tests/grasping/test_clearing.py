@@ -198,7 +198,7 @@ def test_arm_that_moves_against_its_commands_is_stopped_at_once(monkeypatch):
 
     report, _ = cleared(robot, [box()])
 
-    assert report.stop_reason.startswith("the arm moves against its command")
+    assert "moves against its command" in report.stop_reason
     assert np.abs(robot.q - start).max() < 0.3
 
 

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import pytest
 from jaw_scenes import EYE, box, can, scene_of
 
-from eyehand.grasping import load_hand, plan_grasps
+from eyehand.grasping import JawOptions, load_hand, plan_grasps
 from eyehand.perception import SceneWarning
 
 PANDA = load_hand("panda")
@@ -67,3 +68,16 @@ def test_object_cut_by_the_image_is_not_safe():
     assert {grasp.object_label for grasp in grasps} == {1, 2}
     assert any(grasp.safe for grasp in grasps if grasp.object_label == 1)
     assert all("border" in " ".join(g.forbidden_by) for g in grasps if g.object_label == 2)
+
+
+@pytest.mark.parametrize(
+    ("kind", "words"),
+    [("camera", "intrinsics"), ("pose", "pose of the camera"), ("support_tilted", "tilted")],
+)
+def test_no_grasp_is_safe_in_a_scene_whose_positions_are_probably_wrong(kind, words):
+    scene = scene_of(can(0.02, 0.06))
+    segmentation = replace(scene.segmentation, warnings=(SceneWarning(kind, "wrong"),))
+    wrong = replace(scene, segmentation=segmentation)
+    assert all(words in " ".join(grasp.forbidden_by) for grasp in plan_grasps(wrong, PANDA))
+    inclined = plan_grasps(wrong, PANDA, JawOptions(inclined=True))
+    assert bool(inclined.grasps[0].safe) == (kind == "support_tilted")

@@ -97,7 +97,8 @@ def test_support_that_tilts_in_the_world_is_warned_about(degrees, expected):
     down = Rotation.from_euler("x", 180 + degrees, degrees=True)
     depth = noisy(np.random.default_rng(0), 0.001).astype(np.float32)
     pose = RigidTransform.from_components([0.4, 0.0, 1.0], down)
-    found = [w for w in segment(DepthFrame(depth, CAMERA, pose)).warnings if w.kind == "pose"]
+    warnings = segment(DepthFrame(depth, CAMERA, pose)).warnings
+    found = [one for one in warnings if one.kind == "support_tilted"]
     assert bool(found) == expected
     assert all("tilted by 12.0° in the world" in one.message for one in found)
 

@@ -1,0 +1,114 @@
+"""What a robot does not report itself becomes a fault, and the arm is stopped."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from eyehand.errors import DeviceError
+from eyehand.grasping.robot_watch import RobotWatch
+
+from .fake_robot import FakeRobot
+
+START = FakeRobot().q
+
+
+class Arm(FakeRobot):
+    """A robot whose states, read after each step, pass through ``change``."""
+
+    def __init__(self, change):
+        super().__init__()
+        self.change, self.velocities = change, []
+
+    def step(self, velocity, command=None):
+        """Record the velocity, move, and return the changed state."""
+        self.velocities.append(np.array(velocity))
+        return self.change(self, super().step(velocity, command))
+
+
+def faults(change, speed=0.3, seconds=1.0):
+    """Return the first fault, the time at which it came, s, and the robot."""
+    robot = Arm(change)
+    watch = RobotWatch(robot.read())
+    velocity = np.full(len(robot.joints), speed)
+    for _ in range(round(seconds / robot.period)):
+        reading = watch.step(robot, velocity, None)
+        if reading.fault:
+            return reading.fault, robot.time, robot
+    return "", robot.time, robot
+
+
+def lost(robot, reading):
+    if robot.time > 0.1:
+        raise TimeoutError("no answer\nafter 20 s")
+    return reading
+
+
+def test_robot_that_follows_has_no_fault():
+    assert faults(lambda robot, reading: reading)[0] == ""
+
+
+@pytest.mark.parametrize(
+    ("change", "words", "latest"),
+    [
+        (lost, "the robot's driver failed: no answer after 20 s", 0.11),
+        (lambda robot, r: replace(r, q=START), "the arm does not follow: it moved 0.000 rad", 0.65),
+        (lambda robot, r: replace(r, time=0.0), "the arm has sent no new state for 0.3 s", 0.35),
+        (lambda robot, r: replace(r, q=r.q * np.nan), "must be 7 finite numbers, got [nan", 0.01),
+        (lambda robot, r: replace(r, q=r.q[:3]), "must be 7 finite numbers, got [", 0.01),
+    ],
+)  # fmt: skip
+def test_each_end_has_a_name_and_stops_the_arm(change, words, latest):
+    fault, time, robot = faults(change)
+
+    assert words in fault
+    assert time <= latest + robot.period
+    np.testing.assert_array_equal(robot.velocities[-1], 0.0)
+
+
+def test_joint_with_the_wrong_sign_is_named_before_it_moves_far():
+    def mirrored(robot, reading):
+        q = reading.q.copy()
+        q[3] = 2 * START[3] - q[3]
+        return replace(reading, q=q)
+
+    fault, time, robot = faults(mirrored)
+
+    assert f"joint {robot.joints[3]} moves against its command" in fault
+    assert time < 0.36  # 0.1 rad at 0.3 rad/s
+
+
+@pytest.mark.parametrize("delay", [5, 15])
+def test_delayed_arm_that_reverses_at_once_has_no_fault(delay):
+    """A delay of 60 ms at 1 rad/s."""
+    robot = FakeRobot()
+    states = [robot.read()] * (delay + 1)
+
+    def delayed(arm, reading):
+        states.append(reading)
+        return replace(states[-1 - delay], time=reading.time)
+
+    arm = Arm(delayed)
+    watch = RobotWatch(arm.read())
+    for number in range(1000):
+        velocity = np.full(len(arm.joints), 1.0 if number // 100 % 2 else -1.0)
+        assert not watch.step(arm, velocity, None).fault
+
+
+def test_stopped_robot_receives_no_more_commands():
+    robot = Arm(lambda arm, reading: replace(reading, fault="the emergency stop is pressed"))
+    watch = RobotWatch(robot.read())
+    for _ in range(5):
+        reading = watch.step(robot, np.full(len(robot.joints), 0.3), None)
+
+    assert reading.fault == "the emergency stop is pressed"
+    assert len(robot.velocities) == 2
+
+
+def test_error_of_the_last_stop_does_not_hide_the_fault():
+    def broken(robot, reading):
+        raise DeviceError("cable")
+
+    assert faults(broken)[0] == "the robot's driver failed: cable"
