@@ -12,6 +12,8 @@ from eyehand.errors import InputError
 
 SENSES = ("width", "effort", "pad_forces", "tactile")
 """What a gripper can measure: the opening, the motor's force, the force of each pad, images."""
+FINGER_SLACK = 0.005
+"""Length by which the pad may be wider, or the depth longer than the boxes of the finger, m."""
 KINDS = ("parallel", "fingers")
 """A gripper with two jaws, and a hand of fingers of which some oppose the others as two jaws."""
 
@@ -192,6 +194,14 @@ class ParallelHand:
                 f"hand {self.name}: unknown senses {', '.join(unknown)}; valid are "
                 f"{', '.join(SENSES)}"
             )
+        wide = max(box.high[1] - box.low[1] for box in self.finger_boxes)
+        long = -min(box.low[2] for box in self.finger_boxes)
+        for name, most in (("pad_width", wide), ("finger_depth", long)):
+            if getattr(self, name) > most + FINGER_SLACK:
+                raise InputError(
+                    f"hand {self.name}: {name} must be at most {most:.4g} m with these "
+                    f"finger_boxes, got {getattr(self, name):.4g}"
+                )
         tip = max(box.high[2] for box in self.finger_boxes)
         if abs(tip) > 1e-3:
             raise InputError(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import MISSING, fields
+from dataclasses import MISSING, fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -158,3 +158,9 @@ def test_schema_has_the_fields_of_a_hand():
     page = (Path(__file__).parents[3] / "docs/guides/hand_description.md").read_text()
     for name in (*names, *built_in_hands()):
         assert f"`{name}`" in page
+
+
+@pytest.mark.parametrize("change", [{"pad_width": 0.05}, {"finger_depth": 0.5}])
+def test_pad_and_depth_must_fit_the_fingers(change):
+    with pytest.raises(InputError, match=f"{next(iter(change))} must be at most"):
+        replace(load_hand("panda"), **change)
