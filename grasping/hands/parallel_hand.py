@@ -166,7 +166,8 @@ class ParallelHand:
         for name in ("stroke", "finger_depth", "pad_width", "pad_height"):
             value = getattr(self, name)
             if not 0.0 < value < 1.0:
-                raise InputError(f"hand {self.name}: {name} must be 0 to 1 m, got {value}")
+                hint = ": are the lengths in m?" if value >= 1.0 else ""
+                raise InputError(f"hand {self.name}: {name} must be 0 to 1 m, got {value}{hint}")
         if not 0.0 <= self.min_opening < self.stroke:
             raise InputError(
                 f"hand {self.name}: min_opening must be from 0 to the stroke {self.stroke} m, "

@@ -152,7 +152,8 @@ def jaw_motion(posing: Posing, palm: int, branches: list[list[int]], tcp: str | 
                 found.append((closed, -pad_turn(motion), motion))
                 break
     if not found:
-        asked = [error for error in errors if str(error).startswith("--")]
+        # A question has an answer already, or no other error is as helpful.
+        asked = [error for error in errors if str(error).startswith("--") == (tcp is None)]
         if asked or errors:
             raise (asked or errors)[0]
         raise InputError(
@@ -262,10 +263,13 @@ def _fixed_face(motion: JawMotion) -> float:
     points = clipped_box(palm, low, high).reshape(-1, 3)
     if not len(points):
         jaw = motion.shapes.links.name(motion.pads[0][0])
-        raise InputError(
-            f"no gripper is found: nothing opposes the jaw {jaw!r}, as with the last link of an "
-            "arm whose gripper is in another file"
+        unmoved = ", ".join(motion.shapes.posing.unmoved(motion.path))
+        cause = (
+            f"no motor, equality or mimic moves {unmoved}"
+            if unmoved
+            else "as with the last link of an arm whose gripper is in another file"
         )
+        raise InputError(f"no gripper is found: nothing opposes the jaw {jaw!r}, {cause}")
     return float(points[:, 0].max())
 
 

@@ -183,6 +183,12 @@ class Posing:
             if home:
                 self.start = np.array(model.key_qpos[home[0]])
 
+    def unmoved(self, path: NDArray[np.float64]) -> list[str]:
+        """Return the names of the joints that do not move along a path, (n, nq)."""
+        still = np.ptp(path[:, self._place], axis=0) == 0.0
+        moved = zip(self._followers, still, strict=True)
+        return [self.model.joint(joint).name for joint, alone in moved if alone]
+
     def path(self, first: NDArray[np.float64], last: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the postures (STEPS, nq) between two positions of the drives.
 

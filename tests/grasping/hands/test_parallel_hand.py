@@ -35,6 +35,7 @@ def test_unknown_name_lists_the_valid_ones():
         ({"schema": "x"}, "schema"),
         ({"kind": "claw"}, "kind.* must be .parallel. or .fingers., got .claw."),
         ({"stroke": -0.1}, "stroke must be 0 to 1 m, got -0.1"),
+        ({"stroke": 80.0}, r"got 80.0: are the lengths in m\?"),
         ({"stroke": "wide"}, "'stroke' must be a number, got 'wide'"),
         ({"colour": 1}, "unknown keys colour"),
         ({"finger_boxes": []}, "at least one box"),

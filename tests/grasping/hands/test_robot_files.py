@@ -184,3 +184,36 @@ def test_pads_that_pass_beside_each_other_are_reported(tmp_path):
         found = describe_hand(path)
         assert found.hand.stroke == pytest.approx(0.06)
         assert any("closed pads are 7 mm apart" in one for one in found.remarks) == said
+
+
+def test_finger_that_no_motor_moves_is_named(tmp_path):
+    path = tmp_path / "spring.xml"
+    finger = """<body name="{n}" pos="0 {y} .04"><joint name="{n}_slide" type="slide"
+    axis="0 {s} 0" range="0 .028"/><geom type="box" size=".01 .002 .03" pos="0 0 .01"/></body>"""
+    both = finger.format(n="a", y=".03", s="-1") + finger.format(n="b", y="-.03", s="1")
+    path.write_text(
+        f'<mujoco><worldbody><body name="hand"><geom type="box" size=".03 .05 .02"/>{both}</body>'
+        '</worldbody><actuator><motor joint="a_slide"/></actuator></mujoco>'
+    )
+
+    with pytest.raises(
+        InputError, match=r"nothing opposes the jaw 'a', no motor, .* moves b_slide"
+    ):
+        describe_hand(path)
+
+
+def test_answered_question_is_not_asked_again(tmp_path):
+    path = tmp_path / "sides.xml"
+    finger = """<body name="{n}" pos="0 {y} 0"><geom type="box" size=".05 .04 .05"/>
+    <joint name="{n}_hinge" axis="0 0 1" pos="0 {back} 0" range="{turn}"/></body>"""
+    both = finger.format(n="a", y=".07", back="-.07", turn="-.4 0")
+    both += finger.format(n="b", y="-.07", back=".07", turn="0 .4")
+    path.write_text(
+        '<mujoco><compiler angle="radian"/><worldbody><body name="hand">'
+        f'<geom type="box" size=".07 .07 .07"/>{both}</body></worldbody></mujoco>'
+    )
+
+    with pytest.raises(InputError, match=r"--tcp is needed: .* \+y or -y"):
+        describe_hand(path)
+    with pytest.raises(InputError, match="one jaw does not reach beside the other"):
+        describe_hand(path, FileChoices(tcp="+y"))
