@@ -123,7 +123,8 @@ def calibrate_hand_eye(
     if len(seen) < MIN_IMAGES:
         return _failed(
             count,
-            f"the board is visible in {len(seen)} of {count} images, at least {MIN_IMAGES} needed",
+            f"the board is visible in {len(seen)} of {count} images, at least {MIN_IMAGES} "
+            "needed: check the number of squares and their order",
         )
     used = list(seen)
     spread = axis_spread([wrist_poses[i] for i in used])
