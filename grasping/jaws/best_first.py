@@ -31,8 +31,8 @@ if TYPE_CHECKING:
     from .point_blocks import PointBlocks
     from .surface_model import ObjectSurface
 
-STEP, FINAL_STEP = 64, 8
-"""Number of candidates of an object that are tested at once for clearance, and in the end."""
+STEP = 16
+"""Number of candidates of an object that are tested at once with all readings."""
 SIDE_CLEARANCE = 0.012
 """Gap on each side of the object if the hand does not open fully, m."""
 NARROW_TERM = 0.85
@@ -103,15 +103,15 @@ def best_grasps(
     rejected
         Numbers of candidates by what rejected them; two are counted here.
     """
-    found = None
+    rest = _with_scene_terms(scored, tests, options)
+    for side, name in enumerate(("touches the object", "touches others")):
+        rejected[name] += int(np.count_nonzero(rest.clearance[:, side] <= TOUCHING))
     axes = symmetry_axes(surface)
-    rest = _worth_testing(scored, found, axes, options)
+    found = None
+    rest = _worth_testing(rest, found, axes, options)
     while len(rest.opening):
-        part = rest.take(slice(STEP))
-        part = _with_scene_terms(part, tests, options, _bar(found, axes, options))
-        for side, name in enumerate(("touches the object", "touches others")):
-            rejected[name] += int(np.count_nonzero(part.clearance[:, side] <= TOUCHING))
-        found = _checked(part, found, surface, axes, tests, options)
+        part = _checked(rest.take(slice(STEP)), _bar(found, axes, options), surface, tests, options)
+        found = part if found is None else join_scored([found, part])
         rest = _worth_testing(rest.take(slice(STEP, None)), found, axes, options)
     if found is None:
         return None
@@ -158,36 +158,34 @@ def _worth_testing(
 
 def _checked(
     part: ScoredCandidates,
-    found: ScoredCandidates | None,
+    bar: float,
     surface: ObjectSurface,
-    axes: NDArray[np.float64],
     tests: SceneTests,
     options: JawOptions,
-) -> ScoredCandidates | None:
-    """Add the candidates of a part that may be among the best, tested with all readings."""
-    rest = _worth_testing(part, found, axes, options)
-    while len(rest.opening):
-        one = rest.take(slice(FINAL_STEP))
-        full = hand_clearances(one.candidates, one.opening, tests.readings, tests.shell, FULL_RANK)
-        clearance = np.minimum(one.clearance, full)
-        error, deeper = depth_error_term(
-            one, surface, tests.coarse, tests.scene, tests.hand, options
-        )
-        terms = {**one.terms, **clearance_terms(clearance, options), "depth_error": error}
-        one = replace(one, clearance=clearance, terms=terms, deeper=deeper)
-        found = one if found is None else join_scored([found, one])
-        rest = _worth_testing(rest.take(slice(FINAL_STEP, None)), found, axes, options)
-    return found
-
-
-def _with_scene_terms(
-    scored: ScoredCandidates, tests: SceneTests, options: JawOptions, bar: float
 ) -> ScoredCandidates:
-    """Add the terms of averaged points, of hidden space and of the memory.
+    """Test candidates with all readings, and compute the term of the depth error.
 
     The terms of candidates that cannot exceed the probability ``bar`` are not exact.
     """
-    found = _with_clearance(scored, tests.coarse, tests.shell, options, bar)
+    full = hand_clearances(part.candidates, part.opening, tests.readings, tests.shell, FULL_RANK)
+    clearance = np.minimum(part.clearance, full)
+    terms = {**part.terms, **clearance_terms(clearance, options)}
+    others = np.prod([terms[name] for name in terms if name != "depth_error"], axis=0)
+    least = bar / np.maximum(others, 1e-9)
+    terms["depth_error"], deeper = depth_error_term(
+        part, surface, tests.coarse, tests.scene, tests.hand, options, least
+    )
+    return replace(part, clearance=clearance, terms=terms, deeper=deeper)
+
+
+def _with_scene_terms(
+    scored: ScoredCandidates, tests: SceneTests, options: JawOptions
+) -> ScoredCandidates:
+    """Add the terms of averaged points, of hidden space and of the memory.
+
+    The terms of candidates that cannot exceed `MIN_PROBABILITY` are not exact.
+    """
+    found = _with_clearance(scored, tests.coarse, tests.shell, options)
     hidden = tests.hidden.shares(found.candidates, found.opening)
     found.terms["unseen"] = (1.0 - HIDDEN_COST * hidden).prod(axis=1)
     found.terms["memory"] = memory_term(found.candidates, tests.surfaces, options.failed)
@@ -199,19 +197,20 @@ def _with_clearance(
     blocks: PointBlocks,
     hand: ParallelHand,
     options: JawOptions,
-    bar: float,
 ) -> ScoredCandidates:
     """Add the terms of the clearance, at the full opening or at a smaller one."""
     total = scored.total
-    least = _least_clearance(total, options, bar)
+    least = _least_clearance(total, options)
     free = hand_clearances(scored.candidates, scored.opening, blocks, hand, least=least)
     opening = scored.opening.copy()
     narrow = np.ones(len(opening))
     if not options.full_opening:
         probability = np.where(free.min(axis=1) < least, 0.0, _free_probability(free, options))
-        touching = np.flatnonzero((probability < NARROW_TERM) & (NARROW_TERM * total > bar))
+        touching = np.flatnonzero(
+            (probability < NARROW_TERM) & (NARROW_TERM * total > MIN_PROBABILITY)
+        )
         less = np.minimum(scored.contact.width[touching] + 2 * SIDE_CLEARANCE, hand.stroke)
-        least = _least_clearance(NARROW_TERM * total[touching], options, bar)
+        least = _least_clearance(NARROW_TERM * total[touching], options)
         narrowed = scored.candidates.take(touching)
         closer = hand_clearances(narrowed, less, blocks, hand, least=least)
         better = NARROW_TERM * _free_probability(closer, options) > probability[touching]
@@ -222,16 +221,14 @@ def _with_clearance(
     return replace(scored, opening=opening, terms=terms, clearance=free)
 
 
-def _least_clearance(
-    total: NDArray[np.float64], options: JawOptions, bar: float
-) -> NDArray[np.float64]:
-    """Return the clearance below which candidates do not exceed a probability, (n,), m.
+def _least_clearance(total: NDArray[np.float64], options: JawOptions) -> NDArray[np.float64]:
+    """Return the clearance below which candidates do not exceed `MIN_PROBABILITY`, (n,), m.
 
-    ``total`` (n,) is their probability without touching anything. Where it is low in any case, it
-    is not above `TOUCHING`, so that touches are counted.
+    ``total`` (n,) is their probability without touching anything. The clearance is not above
+    `TOUCHING`, so that touches are counted.
     """
-    least = clearance_for(np.minimum(bar / np.maximum(total, bar), 1.0), options)
-    return np.maximum(least if bar > MIN_PROBABILITY else np.minimum(least, TOUCHING), BLOCKED)
+    least = clearance_for(MIN_PROBABILITY / np.maximum(total, MIN_PROBABILITY), options)
+    return np.clip(least, BLOCKED, TOUCHING)
 
 
 def _free_probability(clearance: NDArray[np.float64], options: JawOptions) -> NDArray[np.float64]:

@@ -24,10 +24,8 @@ def test_few_at_once_find_the_best_of_all_at_once(options, monkeypatch):
         bowl(0.05, 0.07, 0.004, (-0.13, 0.02), label=3),
     )
     monkeypatch.setattr(best_first, "STEP", 10**6)
-    monkeypatch.setattr(best_first, "FINAL_STEP", 10**6)
     exhaustive = plan_grasps(scene, PANDA, options)
-    monkeypatch.setattr(best_first, "STEP", 16)
-    monkeypatch.setattr(best_first, "FINAL_STEP", 4)
+    monkeypatch.setattr(best_first, "STEP", 4)
     found = plan_grasps(scene, PANDA, options)
     for label in (1, 2, 3):
         expected = next(grasp for grasp in exhaustive if grasp.object_label == label)
