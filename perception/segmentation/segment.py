@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..frame import DepthFrame
 from .above_support import above_support, candidate_window
-from .ambiguity import resolve_ambiguity
+from .ambiguity import UncertainJoin, resolve_ambiguity
 from .block_heights import block_heights
 from .cut_necks import cut_necks
 from .find_containers import find_containers, include_floors
@@ -25,7 +26,7 @@ from .join_open import fill_mouths, join_open
 from .join_patches import join_patches
 from .local_planes import fit_local_planes
 from .measure_container import FoundContainer
-from .options import SegmentationOptions
+from .options import MIN_WINDOW, SegmentationOptions
 from .parallel_planes import flat_readings
 from .regions import relabel_by_size, relabel_with_reasons
 from .remove_attached import remove_attached
@@ -33,6 +34,7 @@ from .remove_dividers import remove_dividers
 from .remove_steep import remove_steep
 from .remove_walls import remove_walls
 from .result import Segmentation
+from .scale_vote import STEPS, vote_scales
 from .scene_warnings import find_warnings
 from .select_objects import select_objects
 from .smooth_patches import MIN_PATCH, label_patches, linked_pixels
@@ -149,6 +151,28 @@ def _segment_candidates(
 
     `background` are the supports and the containers.
     """
+    labels, uncertain = _divide_candidates(image, candidates, background, options, clock)
+    if options.scale_vote and labels.any():
+        divided = [labels]
+        for step in STEPS[1:]:
+            wider = replace(options, window=max(options.window + step, MIN_WINDOW))
+            divided.append(_divide_candidates(image, candidates, background, wider, clock)[0])
+        labels, disputed = vote_scales(divided, image.area(MIN_PATCH))
+        labels, uncertain = relabel_by_size(labels), uncertain + disputed
+        clock.finish("vote")
+    labels, ambiguous = resolve_ambiguity(labels, uncertain, image, options)
+    clock.finish("ambiguity")
+    return labels, ambiguous
+
+
+def _divide_candidates(
+    image: WorkingImage,
+    candidates: NDArray[np.bool_],
+    background: tuple[list[Support], list[FoundContainer]],
+    options: SegmentationOptions,
+    clock: _StageClock,
+) -> tuple[NDArray[np.int32], list[UncertainJoin]]:
+    """Divide the candidate pixels (H, W) into objects; return them, and uncertain decisions."""
     supports, containers = background
     min_patch = image.area(MIN_PATCH)
     planes = fit_local_planes(image, options)
@@ -180,9 +204,7 @@ def _segment_candidates(
     labels = join_fragments(labels, pieces, image, planes, options.min_object)
     labels = remove_steep(labels, image, planes)
     clock.finish("fragments")
-    labels, ambiguous = resolve_ambiguity(labels, uncertain, image, options)
-    clock.finish("ambiguity")
-    return labels, ambiguous
+    return labels, uncertain
 
 
 class _StageClock:
@@ -194,5 +216,5 @@ class _StageClock:
 
     def finish(self, stage: str) -> None:
         now = time.perf_counter()
-        self.seconds[stage] = now - self._last
+        self.seconds[stage] = self.seconds.get(stage, 0.0) + now - self._last
         self._last = now
