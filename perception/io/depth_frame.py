@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from contextlib import ExitStack
 from pathlib import Path
 
@@ -28,6 +29,8 @@ from .pcd import pcd_bytes, read_pcd
 from .ply import ply_bytes, read_ply
 from .png import decode_colour, decode_depth, write_png
 
+_log = logging.getLogger("eyehand")
+
 FRAME_SUFFIXES = (".png", ".npz", ".pcd", ".ply")
 """File formats of depth frames."""
 
@@ -42,7 +45,7 @@ def read_frame(path: Path | str, camera: Path | str | None = None) -> DepthFrame
     required (see `read_intrinsics`). A colour image of the same size in the same folder is
     optional: `<stem>_colour.png`, `<stem>_color.png`, `colour.png` or `color.png`.
     ``.npz``: `depth` in float metres, or integer with `depth_scale_m`; `intrinsics` (fx, fy, cx,
-    cy) or `K`; optional `colour` or `rgb`, and `T_world_camera` (4, 4).
+    cy) or `K`; optional `colour`, `color` or `rgb`, and `T_world_camera` (4, 4).
     ``.pcd``, ``.ply``: one point per pixel in the camera's optical frame, NaN = no reading; the
     intrinsics are computed from the points unless `<stem>.json` or `camera` defines them.
 
@@ -143,8 +146,10 @@ def _read_png_frame(path: Path, camera: Path | None) -> DepthFrame:
     height, width = raw.shape
     camera = camera or _camera_beside(path)
     contents = read_camera_file(camera, width, height, path.stem)
-    is_named_like_image = camera.resolve() == path.with_suffix(".json").resolve()
-    colour = _colour_beside(path, raw.shape, contents.colour_name if is_named_like_image else None)
+    # The camera file of another image may name the colour of that image.
+    own = {path.with_name(name).resolve() for name in (f"{path.stem}.json", CAMERA_NAMES[0])}
+    name = contents.colour_name if camera.resolve() in own else None
+    colour = _colour_beside(path, raw.shape, name)
     with naming(path):
         depth = metres_from_units(raw, contents.depth_scale_mm or PNG_DEPTH_SCALE_MM)
         return DepthFrame(depth, contents.intrinsics, contents.T_world_camera, colour)
@@ -200,7 +205,12 @@ def _colour_beside(
         data = read_bytes(candidate)
         with naming(candidate):
             colour = decode_colour(data)
-        # An image of another size is not registered to the depth image.
         if colour.shape[:2] == shape:
             return colour
+        _log.warning(
+            "%s is ignored: it has %dx%d px and the depth image %dx%d px",
+            candidate,
+            *colour.shape[1::-1],
+            *shape[::-1],
+        )
     return None

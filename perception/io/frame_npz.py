@@ -19,8 +19,8 @@ from .misspelt_keys import refuse_misspelt_keys
 from .npz import array_names, read_arrays
 from .pose_json import pose_from_matrix
 
-KEYS = ("depth", "depth_scale_m", "intrinsics", "K", "colour", "rgb", "T_world_camera")
-"""Arrays of a frame archive. Other arrays are ignored, except a misspelt `T_world_camera`."""
+KEYS = ("depth", "depth_scale_m", "intrinsics", "K", "colour", "color", "rgb", "T_world_camera")
+"""Arrays of a frame archive. Other arrays are ignored, except misspelt or other poses."""
 
 SCALE_TOLERANCE = 1e-6
 """Maximum relative difference between two depth units that counts as rounding."""
@@ -105,7 +105,7 @@ def _metres(arrays: dict[str, NDArray], beside: CameraFile | None) -> NDArray[np
                 f"{own_mm / MM_PER_M:g}: expected 1 or no scale"
             )
         with np.errstate(over="ignore"):
-            return depth.astype(np.float32)
+            return np.where(np.isnan(depth), 0.0, depth).astype(np.float32)
     camera_mm = None if beside is None else beside.depth_scale_mm
     stated = [scale for scale in (own_mm, camera_mm) if scale is not None]
     if not stated:
@@ -134,4 +134,4 @@ def _scale_mm(arrays: dict[str, NDArray]) -> float | None:
 
 
 def _colour(arrays: dict[str, NDArray]) -> NDArray[np.uint8] | None:
-    return next((arrays[key] for key in ("colour", "rgb") if key in arrays), None)
+    return next((arrays[key] for key in ("colour", "color", "rgb") if key in arrays), None)

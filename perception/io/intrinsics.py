@@ -27,14 +27,14 @@ CAMERA_FORM = "{fx, fy, cx, cy, width, height[, depth_scale_mm, T_world_camera]}
 """The form of eyehand."""
 CAMERA_FORMS = (
     CAMERA_FORM + ", open3d's {width, height, intrinsic_matrix: 9 column-major}, "
+    "{width, height, K: 9 row-major or 3 rows}, "
     "or BOP's {cam_K: 9 row-major, depth_scale} alone or keyed by image number"
 )
 """The accepted JSON forms, as error messages list them."""
-OPTIONAL_KEYS = ("depth_scale_mm", "T_world_camera", "colour")
+OPTIONAL_KEYS = ("depth_scale_mm", "T_world_camera", "colour", "color")
 """Optional keys of a camera file. A misspelt one must not count as missing."""
-POSE_KEYS = ("pose", "camera_pose", "extrinsic", "extrinsics")
-DISTORTION_KEYS = ("distortion", "dist_coeffs", "distortion_coefficients")
-"""Names of other programs for a pose of unknown direction, and for a lens that is no pinhole."""
+DISTORTION_KEYS = ("distortion", "dist_coeffs", "distortion_coefficients", "D", "d")
+"""Names of other programs for a lens that is no pinhole."""
 
 
 @dataclass(frozen=True)
@@ -56,9 +56,10 @@ def read_intrinsics(path: Path | str, width: int, height: int) -> CameraIntrinsi
     """Read camera intrinsics from a JSON file, for images of `width` x `height` px.
 
     Forms: ``{fx, fy, cx, cy, width, height}``; open3d's ``{width, height, intrinsic_matrix}``
-    with nine values column by column; BOP's ``{cam_K, depth_scale}`` with nine values row by row,
-    alone or as the only entry of a ``scene_camera.json``. A matrix whose last row is not 0, 0, 1
-    under the order that its key stands for is refused: it was written the other way round.
+    with nine values column by column; ``{width, height, K}`` with nine values row by row, or
+    three rows; BOP's ``{cam_K, depth_scale}`` with nine values row by row, alone or as the only
+    entry of a ``scene_camera.json``. A matrix whose last row is not 0, 0, 1 under the order that
+    its key stands for is refused: it was written the other way round.
 
     Parameters
     ----------
@@ -190,10 +191,10 @@ def _camera_from_json(content: dict[str, Any], width: int, height: int, stem: st
         values = numbers_from_json(content["intrinsic_matrix"], 9, "intrinsic_matrix")
         K = values.reshape(3, 3).T
         intrinsics = intrinsics_from_matrix(K, width, height, "intrinsic_matrix (column-major)")
-    elif "cam_K" in content:
-        _check_size(content, width, height, required=False)
-        K = numbers_from_json(content["cam_K"], 9, "cam_K").reshape(3, 3)
-        intrinsics = intrinsics_from_matrix(K, width, height, "cam_K (row-major)")
+    elif keys := [key for key in ("cam_K", "K", "k") if key in content]:
+        _check_size(content, width, height, required=keys[0] != "cam_K")
+        K = numbers_from_json(_joined(content[keys[0]]), 9, keys[0]).reshape(3, 3)
+        intrinsics = intrinsics_from_matrix(K, width, height, f"{keys[0]} (row-major)")
     elif content.keys() & {"fx", "fy", "cx", "cy"}:
         _check_size(content, width, height, required=True)
         missing = [key for key in ("fx", "fy", "cx", "cy") if key not in content]
@@ -208,22 +209,18 @@ def _camera_from_json(content: dict[str, Any], width: int, height: int, stem: st
         raise InputError(f"has {keys}, expected {CAMERA_FORMS}")
     # BOP's depth_scale resembles depth_scale_mm, and is no error.
     refuse_misspelt_keys(content.keys() - {"depth_scale"}, OPTIONAL_KEYS)
-    _refuse_other_cameras(content)
+    for key in DISTORTION_KEYS:
+        if np.any(content.get(key)):
+            raise InputError(f"{key} must be zero, got {content[key]}: undistort the images first")
     return CameraFile(
         intrinsics, _depth_scale_mm(content), _world_pose(content), _colour_name(content)
     )
 
 
-def _refuse_other_cameras(content: dict[str, Any]) -> None:
-    """Refuse a pose of unknown direction, and lens distortion."""
-    for key in POSE_KEYS:
-        if key in content and "T_world_camera" not in content:
-            raise InputError(
-                f"{key} must be named T_world_camera, and map the camera frame to the world"
-            )
-    for key in DISTORTION_KEYS:
-        if np.any(content.get(key)):
-            raise InputError(f"{key} must be zero, got {content[key]}: undistort the images first")
+def _joined(rows: Any) -> Any:
+    """Return the rows of a matrix one after the other; other values unchanged."""
+    nested = isinstance(rows, list) and all(isinstance(row, list) for row in rows)
+    return [value for row in rows for value in row] if nested else rows
 
 
 def _check_size(content: dict[str, Any], width: int, height: int, *, required: bool) -> None:
@@ -274,11 +271,12 @@ def _world_pose(content: dict[str, Any]) -> RigidTransform | None:
 
 
 def _colour_name(content: dict[str, Any]) -> str | None:
-    if "colour" not in content:
+    keys = [key for key in ("colour", "color") if key in content]
+    if not keys:
         return None
-    name = content["colour"]
+    name = content[keys[0]]
     if name is None:
         return ""
     if not isinstance(name, str) or Path(name).name != name:
-        raise InputError(f"colour must be a file name in the same folder or null, got {name!r}")
+        raise InputError(f"{keys[0]} must be a file name in the same folder or null, got {name!r}")
     return name

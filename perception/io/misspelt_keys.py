@@ -13,8 +13,12 @@ MIN_SIMILARITY = 0.8
 than `T_world_camera`, has 0.79."""
 
 
+POSE_KEYS = ("pose", "camera_pose", "extrinsic", "extrinsics")
+"""Names of other programs for a pose of unknown direction."""
+
+
 def refuse_misspelt_keys(keys: Collection[str], optional: Iterable[str]) -> None:
-    """Check that no key resembles an optional one that is missing, or names the inverse pose.
+    """Check that no key resembles an optional one that is missing, or names another pose.
 
     Other unknown keys are allowed. A misspelt key that must be there is reported as missing.
 
@@ -28,7 +32,7 @@ def refuse_misspelt_keys(keys: Collection[str], optional: Iterable[str]) -> None
     Raises
     ------
     InputError
-        If a key is misspelt, or stands for the inverse.
+        If a key is misspelt, stands for the inverse, or is a pose of unknown direction.
 
     Examples
     --------
@@ -43,9 +47,16 @@ def refuse_misspelt_keys(keys: Collection[str], optional: Iterable[str]) -> None
     known = list(optional)
     missing = [key for key in known if key not in keys]
     for key in keys:
+        if key in known:
+            continue
+        if key in POSE_KEYS and "T_world_camera" in missing:
+            raise InputError(
+                f"{key} must be named T_world_camera, and map the camera frame to the world"
+            )
         inverse = re.sub(r"^T_([a-z]+)_([a-z]+)$", r"T_\2_\1", key)
-        if inverse in missing:
-            raise InputError(f"{key} must be given as its inverse {inverse}")
-        near = [] if key in known else get_close_matches(key, missing, 1, cutoff=MIN_SIMILARITY)
-        if near:
-            raise InputError(f"unknown key {key}: did you mean {near[0]}?")
+        for name in (key, inverse):
+            near = get_close_matches(name, missing, 1, cutoff=MIN_SIMILARITY)
+            if near and name == key:
+                raise InputError(f"unknown key {key}: did you mean {near[0]}?")
+            if near:
+                raise InputError(f"{key} must be given as its inverse {near[0]}")

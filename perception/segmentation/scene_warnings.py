@@ -28,6 +28,7 @@ WarningKind = Literal[
     "may_be_several",
     "may_be_background",
     "camera",
+    "principal_point",
     "pose",
     "far",
     "noise",
@@ -53,6 +54,8 @@ WarningKind = Literal[
   board or a floor.
 - camera: the intrinsics are implausible, so that all positions may be wrong: the principal point
   is not inside the image, or the field of view or the ratio of the focal lengths is odd.
+- principal_point: it is far from the middle of the image, as in a crop. Otherwise the intrinsics
+  belong to another resolution.
 - pose: the pose of the camera is implausible: the largest plane is far from horizontal with it, or
   the camera is more than 20 m from the origin. It may be inverted or in mm.
 - far: nearly all readings are too far for solids; the depth may have another unit.

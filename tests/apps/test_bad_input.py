@@ -17,7 +17,7 @@ CAMERA = {"fx": 130.0, "fy": 130.0, "cx": 79.5, "cy": 59.5}
 RNG = np.random.default_rng(0)
 WALL = 1.0 + 0.001 * RNG.standard_normal(SHAPE)
 DEPTHS = {
-    "NaN": (np.full(SHAPE, np.nan), "NaN"),
+    "NaN": (np.full(SHAPE, np.nan), "0 everywhere"),
     "no readings": (np.zeros(SHAPE), "0 everywhere"),
     "noise": (RNG.uniform(0.5, 2.0, SHAPE), "the readings are noise"),
     "constant": (np.ones(SHAPE), "all readings are 1.000 m"),

@@ -156,10 +156,20 @@ def test_colour_image_beside_depth_is_read_as_rgb(tmp_path: Path, name: str) -> 
     assert colour[0, 0].tolist() == [10, 20, 30]
 
 
-def test_colour_image_of_other_size_is_ignored(tmp_path: Path) -> None:
+def test_colour_image_of_other_size_is_ignored_with_a_warning(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
     write_intrinsics(tmp_path / "camera.json", K)
     _write_png(tmp_path, np.zeros((24, 32, 3), dtype=np.uint8), "colour.png")
     assert read_frame(_write_png(tmp_path)).colour is None
+    assert "colour.png is ignored: it has 32x24 px and the depth image 16x12 px" in caplog.text
+
+
+def test_colour_image_of_a_folder_camera_must_exist(tmp_path: Path) -> None:
+    path = write_intrinsics(tmp_path / "camera.json", K)
+    path.write_text(json.dumps(json.loads(path.read_text()) | {"color": "absent.png"}))
+    with pytest.raises(InputError, match=r"absent\.png: no such file"):
+        read_frame(_write_png(tmp_path))
 
 
 def test_declared_colour_image_must_exist_and_match(tmp_path: Path) -> None:

@@ -89,7 +89,7 @@ SKEWED = K.matrix + np.array([[0, 0.5, 0], [0, 0, 0], [0, 0, 0]])
         ({"depth": DEPTH.ravel(), "intrinsics": PINHOLE}, r"depth is \(12,\) float32, expected"),
         ({"depth": DEPTH > 0, "intrinsics": PINHOLE}, r"depth is \(3, 4\) bool, expected"),
         ({"depth": DEPTH[:0], "intrinsics": PINHOLE}, r"depth is \(0, 4\) float32, expected"),
-        ({"depth": DEPTH * np.nan, "intrinsics": PINHOLE}, "12 NaN or infinite pixels"),
+        ({"depth": DEPTH * np.nan, "intrinsics": PINHOLE}, "depth is 0 everywhere"),
         ({"depth": -DEPTH, "intrinsics": PINHOLE}, r"negative values \(lowest -1\.2 m\)"),
         ({"depth": DEPTH * 0, "intrinsics": PINHOLE}, "depth is 0 everywhere"),
         ({"depth": DEPTH * 1000, "intrinsics": PINHOLE}, "millimetres given as metres"),
@@ -130,4 +130,14 @@ def test_misspelt_pose_is_rejected_and_other_arrays_are_ignored(tmp_path: Path) 
     matrix = POSE.as_matrix()
     with pytest.raises(InputError, match="T_world_cam: did you mean T_world_camera"):
         _read(tmp_path, depth=DEPTH, intrinsics=PINHOLE, T_world_cam=matrix)
-    assert _read(tmp_path, depth=DEPTH, intrinsics=PINHOLE, color=DEPTH).colour is None
+    with pytest.raises(InputError, match="extrinsics must be named T_world_camera"):
+        _read(tmp_path, depth=DEPTH, intrinsics=PINHOLE, extrinsics=matrix)
+    _read(tmp_path, depth=DEPTH, intrinsics=PINHOLE, pose=matrix, T_world_camera=matrix)
+
+
+def test_nan_is_no_reading_and_color_is_read(tmp_path: Path) -> None:
+    colour = np.full((3, 4, 3), 7, dtype=np.uint8)
+    holed = np.where(DEPTH > 0.6, DEPTH, np.nan)
+    frame = _read(tmp_path, depth=holed, intrinsics=PINHOLE, color=colour)
+    np.testing.assert_array_equal(frame.depth, np.where(DEPTH > 0.6, DEPTH, 0))
+    np.testing.assert_array_equal(frame.colour, colour)

@@ -45,6 +45,8 @@ def _write(tmp_path: Path, content: Any) -> Path:
         (FLAT | {"depth_scale": 0.5}, 0.5),
         (OPEN3D, None),
         (BOP, 0.1),
+        ({"K": ROW_MAJOR, "width": 640, "height": 480}, None),
+        ({"k": [ROW_MAJOR[:3], ROW_MAJOR[3:6], ROW_MAJOR[6:]], "width": 640, "height": 480}, None),
         ({"7": BOP}, 0.1),
     ],
 )
@@ -106,7 +108,7 @@ def test_numpy_numbers_are_written(tmp_path: Path) -> None:
         ("[" * 100_000, "not JSON"),
         ("[1, 2]", "holds a JSON list, expected"),
         ({}, "has no keys, expected"),
-        ({"K": ROW_MAJOR}, "has K, expected .*open3d.*column-major.*BOP.*row-major"),
+        ({"K": ROW_MAJOR}, "lacks width, height, expected .*open3d.*column-major.*BOP.*row-major"),
         ({"fx": 600, "cx": 3}, "lacks width, height, expected"),
         ({**FLAT, "fx": "600"}, "fx must be a number, got '600'"),
         ({**FLAT, "fx": True}, "fx must be a number, got True"),
@@ -122,7 +124,7 @@ def test_numpy_numbers_are_written(tmp_path: Path) -> None:
         ({**FLAT, "T_world_camera": [1]}, "T_world_camera must be .*quat_wxyz"),
         ({**FLAT, "colour": "../a.png"}, "colour must be a file name in the same folder"),
         ({**OPEN3D, "intrinsic_matrix": ROW_MAJOR[:8]}, "list of 9 finite numbers"),
-        ({"cam_K": [[600, 0, 319], [0, 610, 240], [0, 0, 1]]}, "cam_K must be a list of 9 finite"),
+        ({"cam_K": [[600, 0, 319], [0, 610, 240]]}, "cam_K must be a list of 9 finite"),
     ],
 )
 def test_invalid_files_are_rejected(tmp_path: Path, content: Any, message: str) -> None:
@@ -190,7 +192,7 @@ def test_camera_file_named_like_image_has_precedence(tmp_path: Path) -> None:
     [
         ("T_world_cam", "T_world_camera"),
         ("depth_scale_m", "depth_scale_mm"),
-        ("color", "colour"),
+        ("colours", "colour"),
     ],
 )
 def test_misspelt_optional_key_is_rejected(tmp_path: Path, key: str, meant: str) -> None:
@@ -217,9 +219,10 @@ def test_other_cameras_are_rejected(tmp_path: Path, key: str, value: list, words
 
 
 def test_inverse_pose_is_rejected(tmp_path: Path) -> None:
-    path = _write(tmp_path, FLAT | {"T_camera_world": 1})
-    with pytest.raises(InputError, match="T_camera_world must be given as its inverse T_world_cam"):
-        read_camera_file(path, 640, 480)
+    for key in ("T_camera_world", "T_cam_world"):
+        path = _write(tmp_path, FLAT | {key: 1})
+        with pytest.raises(InputError, match=f"{key} must be given as its inverse T_world_camera"):
+            read_camera_file(path, 640, 480)
 
 
 def test_other_unknown_keys_are_allowed(tmp_path: Path) -> None:

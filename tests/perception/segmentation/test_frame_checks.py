@@ -73,6 +73,14 @@ def test_implausible_camera_is_warned_about(changed, message):
     assert message in warning.message
 
 
+@pytest.mark.parametrize(("cx", "expected"), [(460.0, False), (110.0, True), (600.0, True)])
+def test_principal_point_far_from_the_middle_is_warned_about(cx, expected):
+    camera = CameraIntrinsics(600.0, 600.0, cx, 239.5, 640, 480)
+    depth = noisy(np.random.default_rng(0), 0.001).astype(np.float32)
+    found = [w.kind for w in frame_faults(DepthFrame(depth, camera))]
+    assert found == ["principal_point"] * expected
+
+
 @pytest.mark.parametrize(("factor", "expected"), [(1.0, False), (2.0, False), (5.0, True)])
 def test_depth_in_another_unit_is_warned_about(factor, expected):
     depth = factor * noisy(np.random.default_rng(0), 0.001).astype(np.float32)
