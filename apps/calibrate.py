@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json as json_format
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -122,6 +122,8 @@ def calibrate_command(
     show(_table(images, views, found), json_wanted=json)
     if not found:
         reason = found.reason
+        if not any(views):
+            reason += _likely_board(images, flags or BoardFlags())
         if found.wrong_size:
             likely = wanted.square * found.board_scale * MM_PER_M
             reason += (
@@ -191,6 +193,15 @@ def _detect(images: list[Path], board: CalibrationBoard) -> tuple[list[BoardView
             views.append(detect_board(pixels, board))
     assert size is not None
     return views, size
+
+
+def _likely_board(images: list[Path], flags: BoardFlags) -> str:
+    """Return what to check if no image shows the board: the swapped board is tried first."""
+    across, along = flags.squares
+    swapped = replace(flags, squares=(along, across)).board()
+    if across != along and any(_detect(images, swapped)[0]):
+        return f". They show the board of --squares {along} {across}"
+    return ". Check --squares and --dictionary"
 
 
 def _report(found: HandEye, camera_on: CameraMount) -> str:

@@ -112,7 +112,7 @@ class ParallelHand:
     Raises
     ------
     InputError
-        If a length or a force is outside its range, or the pad does not lie on the finger.
+        If a length or a force is outside its range, or boxes and lengths contradict each other.
     """
 
     name: str
@@ -195,18 +195,37 @@ class ParallelHand:
                 f"hand {self.name}: unknown senses {', '.join(unknown)}; valid are "
                 f"{', '.join(SENSES)}"
             )
-        wide = max(box.high[1] - box.low[1] for box in self.finger_boxes)
-        long = -min(box.low[2] for box in self.finger_boxes)
-        for name, most in (("pad_width", wide), ("finger_depth", long)):
+        if not abs(self.mount_distance) < 1.0:
+            raise InputError(
+                f"hand {self.name}: mount_distance must be below 1 m, got {self.mount_distance}"
+            )
+        self._check_boxes()
+
+    def _check_boxes(self) -> None:
+        """Check that the finger lies beside the gap and holds the pad, behind it the palm."""
+        low = np.min([box.low for box in self.finger_boxes], axis=0)
+        high = np.max([box.high for box in self.finger_boxes], axis=0)
+        if abs(high[2]) > 1e-3:
+            raise InputError(
+                f"hand {self.name}: the fingertips must end at z = 0, they end at {high[2]:.4f} m"
+            )
+        if high[0] <= 0.0:
+            raise InputError(
+                f"hand {self.name}: finger_boxes must lie at x > 0, outside the gap between the "
+                f"pads, they end at {high[0]:.4f} m"
+            )
+        width, length = float(high[1] - low[1]), float(high[2] - low[2])
+        for name, most in (("pad_width", width), ("pad_height", length), ("finger_depth", length)):
             if getattr(self, name) > most + FINGER_SLACK:
                 raise InputError(
                     f"hand {self.name}: {name} must be at most {most:.4g} m with these "
                     f"finger_boxes, got {getattr(self, name):.4g}"
                 )
-        tip = max(box.high[2] for box in self.finger_boxes)
-        if abs(tip) > 1e-3:
+        front = max((box.high[2] for box in self.palm_boxes), default=-1.0)
+        if front > 0.0:
             raise InputError(
-                f"hand {self.name}: the fingertips must end at z = 0, they end at {tip:.4f} m"
+                f"hand {self.name}: palm_boxes must lie behind the fingertips, at z < 0, they end "
+                f"at {front:.4f} m"
             )
 
     def middle(self, opening: float) -> NDArray[np.float64]:

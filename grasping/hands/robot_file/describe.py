@@ -146,8 +146,8 @@ def _described(
     remarks = [*assumed]
     force = choices.force
     if force is None:
-        force, *said = closing_force(motion, pinch=bool(pinch))
-        remarks += filter(None, said)
+        force, remark = closing_force(motion, pinch=bool(pinch))
+        remarks.append(remark)
     if pinch:
         remarks.append(
             f"a hand of several fingers: {pinch} are used as two jaws, the other fingers are bent"

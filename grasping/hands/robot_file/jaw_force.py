@@ -18,14 +18,13 @@ MAX_FORCE = 250.0
 """Greatest closing force of jaws that is believed, N. The strongest electric grippers of light arms
 have 235 N. Files hold 10 Nm or 1000 N as placeholders."""
 MAX_FINGER_FORCE = 100.0
-"""The same for a finger of a hand, N: that of a strong human pinch. A greater force of jaws is
-believed, but reported."""
+"""The same for a finger of a hand, N: that of a strong human pinch."""
 MIN_LEVER = 1e-4
 """Least motion of a motor or joint that counts, m or rad."""
 
 
 def closing_force(motion: JawMotion, *, pinch: bool) -> tuple[tuple[float, float], str]:
-    """Return the closing force of each jaw, minimum and maximum in N, and a remark or "".
+    """Return the closing force of each jaw, minimum and maximum in N, and a remark.
 
     The force is that of virtual work: the work of all motors over the way that the pads close. It
     is the mean over the stroke. `pinch` says that two fingers of a hand are the jaws.
@@ -40,10 +39,8 @@ def closing_force(motion: JawMotion, *, pinch: bool) -> tuple[tuple[float, float
     limits = f"the limits of its motors in the file give a closing force of {found:.0f} N"
     if found > (MAX_FINGER_FORCE if pinch else MAX_FORCE):
         return FORCE_WITHOUT_LIMIT, f"{limits}, which is not credible: {assumed}"
-    force = (0.0, round(found, 1))
-    if found > MAX_FINGER_FORCE:
-        return force, f"{limits}: compare it with the data sheet; --force LOW HIGH sets it"
-    return force, ""
+    advice = "compare it with the data sheet; --force LOW HIGH sets it"
+    return (0.0, round(found, 1)), f"{limits}: {advice}"
 
 
 def _limit(motion: JawMotion) -> float | None:

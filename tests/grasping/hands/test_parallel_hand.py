@@ -43,6 +43,13 @@ def test_unknown_name_lists_the_valid_ones():
         ({"force": [70, 10]}, "force must be a range"),
         ({"senses": ["smell"]}, "unknown senses smell"),
         ({"min_opening": 0.2}, "min_opening"),
+        ({"mount_distance": 140}, "mount_distance must be below 1 m, got 140"),
+        ({"pad_height": 0.09}, "pad_height must be at most 0.05"),
+        ({"palm_boxes": [{"low": [0, 0, 0.05], "high": [1, 1, 0.1]}]}, "end at 0.1000 m"),
+        (
+            {"finger_boxes": [{"low": [-0.02, -0.02, -0.1], "high": [0, 0.02, 0]}]},
+            "must lie at x > 0, outside the gap between the pads, they end at 0.0000 m",
+        ),
     ],
 )
 def test_invalid_file_is_refused_in_one_line(tmp_path, change, message):
