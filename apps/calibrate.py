@@ -196,12 +196,12 @@ def _detect(images: list[Path], board: CalibrationBoard) -> tuple[list[BoardView
 
 
 def _likely_board(images: list[Path], flags: BoardFlags) -> str:
-    """Return what to check if no image shows the board: the swapped board is tried first."""
+    """Return the flag of the swapped board if an image shows it; otherwise empty."""
     across, along = flags.squares
     swapped = replace(flags, squares=(along, across)).board()
     if across != along and any(_detect(images, swapped)[0]):
         return f". They show the board of --squares {along} {across}"
-    return ". Check --squares and --dictionary"
+    return ""
 
 
 def _report(found: HandEye, camera_on: CameraMount) -> str:

@@ -257,7 +257,7 @@ def _metres(
             )
         # A number out of the float32 range becomes infinite, and DepthFrame rejects it.
         with np.errstate(over="ignore"):
-            return depth.astype(np.float32)
+            return np.where(np.isnan(depth), 0.0, depth).astype(np.float32)
     own = arrays.get("depth_scale_m")
     if own is not None and (own.size != 1 or own.dtype.kind not in "fiu"):
         raise InputError(f"depth_scale_m is {own.shape} {own.dtype}, expected one number")

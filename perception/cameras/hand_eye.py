@@ -124,7 +124,7 @@ def calibrate_hand_eye(
         return _failed(
             count,
             f"the board is visible in {len(seen)} of {count} images, at least {MIN_IMAGES} "
-            "needed: check the number of squares and their order",
+            "needed: check the number and order of the squares, and the dictionary",
         )
     used = list(seen)
     spread = axis_spread([wrist_poses[i] for i in used])

@@ -95,13 +95,13 @@ def test_board_is_written_for_a_printer(tmp_path):
 def test_images_of_another_board_are_refused_without_files(folder, tmp_path, capsys):
     words = [folder / "poses.json", "--out", tmp_path / "out"]
     for flags, advice in (
-        (["--dictionary", "4X4_50"], "Check --squares and --dictionary"),
+        (["--dictionary", "4X4_50"], "check the number and order of the squares, and the dict"),
         (["--squares", 5, 7], "They show the board of --squares 7 5"),
     ):
         assert run(*words, *flags) == 2
-        assert f"the board is visible in 0 of 10 images, at least 4 needed. {advice}" in (
-            capsys.readouterr().err
-        )
+        said = capsys.readouterr().err
+        assert "the board is visible in 0 of 10 images" in said
+        assert advice in said
     assert not (tmp_path / "out").exists()
 
 
