@@ -16,9 +16,10 @@ from eyehand.errors import InputError
 from ..parallel_hand import HandBox, HandJoint, ParallelHand, ToolPose
 from .jaw_boxes import camera_boxes, finger_boxes, palm_boxes, tool_origin
 from .jaw_force import closing_force
-from .jaw_motion import MAX_DRIVES, JawMotion, between_jaws, jaw_motion, opposed_pads
+from .jaw_motion import MAX_DRIVES, JawMotion, jaw_motion
 from .jaw_postures import JawPostures, jaw_postures
 from .links import Links, couplings, find_branches, find_palm, root_body
+from .pad_area import between_jaws, opposed_pads
 from .pad_turn import middle_shift, motion_remarks
 from .pinch import pinch_motion
 from .posing import Posing, find_drives

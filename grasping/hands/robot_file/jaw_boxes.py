@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .jaw_motion import JawMotion, between_jaws
+from .jaw_motion import JawMotion
+from .pad_area import between_jaws
 from .shapes import beyond_plane, clipped, slab_boxes
 
 Boxes = list[tuple[NDArray[np.float64], NDArray[np.float64]]]

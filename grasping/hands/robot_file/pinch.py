@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 from eyehand.errors import InputError
 
 from .coupled_joints import JointCouplings, joint_couplings
-from .jaw_motion import JawMotion, between_jaws, measured_faces, opposed_pads
+from .jaw_motion import JawMotion, measured_faces
 from .links import Links
+from .pad_area import between_jaws, opposed_pads
 from .pinch_solver import TIP_LENGTH, Finger, Pinch
 from .posing import STEPS, Drives, Posing
 from .tool_frame import HandShapes, JawSides
