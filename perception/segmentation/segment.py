@@ -15,6 +15,7 @@ from .block_heights import block_heights
 from .cut_necks import cut_necks
 from .find_containers import find_containers, include_floors
 from .find_sheets import find_sheets
+from .floating_regions import remove_floating
 from .frame_checks import check_frame, check_pose, check_tilt
 from .frame_noise import noise_profile
 from .freed_memory import reuse_freed_memory
@@ -188,6 +189,7 @@ def _divide_candidates(
     )
     clock.finish("join")
     pieces = select_objects(labels, image, supports, min_patch, options.max_extent)
+    pieces = remove_floating(pieces, image, supports)
     kept = relabel_by_size(pieces, options.min_object)
     labels = remove_attached(kept, labels, image, planes)
     labels = remove_dividers(labels, image, containers)
