@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -87,6 +88,7 @@ def moving_rows(
     Returns
     -------
     list of dict
+        `trials`: number of trials, without those that hold the tool too near to the base;
         `kept_pct`: share of trials with at least 5 mm in every cycle; `touched`: number with a
         contact; `unnamed`: number below 5 mm without a status that says so; least distance; peak
         acceleration in % of its limit.
@@ -97,13 +99,13 @@ def moving_rows(
             cases = [
                 MovingCase(seed + k, speed, conveyor, arm or ReachingArm()) for k in range(trials)
             ]
-            results = [moving_trial(case) for case in cases]
+            results = _results(cases)
             near = [result for result in results if result.clearance < KEPT_M]
             rows.append(
                 {
                     "name": f"{'conveyor' if conveyor else 'any side'} {speed:g} m/s",
-                    "trials": trials,
-                    "kept_pct": round(100.0 * (1.0 - len(near) / trials), 1),
+                    "trials": len(results),
+                    "kept_pct": round(100.0 * (1.0 - len(near) / len(results)), 1),
                     "touched": sum(result.clearance < 0.0 for result in results),
                     "unnamed": sum(not result.named for result in near),
                     "min_clearance_mm": round(1e3 * min(r.clearance for r in results), 2),
@@ -115,8 +117,18 @@ def moving_rows(
     return rows
 
 
+class NoLineError(InputError):
+    """No line of solids to the tool passes beside the base of the arm."""
+
+
 def moving_trial(case: MovingCase) -> MovingResult:
-    """Move solids at the tool of an arm. Only their poses are reported to the controller."""
+    """Move solids at the tool of an arm. Only their poses are reported to the controller.
+
+    Raises
+    ------
+    NoLineError
+        If the posture of the seed holds the tool too near to the base.
+    """
     scene = make_reaching_scene(case.seed, boxes=0, arm=case.arm)
     q = scene.start.copy()
     target = ArmClearance((), case.arm).tool(q)
@@ -143,6 +155,26 @@ def moving_trial(case: MovingCase) -> MovingResult:
     return MovingResult(clearance, named, peak)
 
 
+def _results(cases: Sequence[MovingCase]) -> list[MovingResult]:
+    """Return the results of the trials, without those for which no line is found.
+
+    Raises
+    ------
+    NoLineError
+        If none is found for any trial.
+    """
+    results: list[MovingResult] = []
+    errors: list[NoLineError] = []
+    for case in cases:
+        try:
+            results.append(moving_trial(case))
+        except NoLineError as error:
+            errors.append(error)
+    if not results:
+        raise errors[0]
+    return results
+
+
 def _solids(
     case: MovingCase, target: NDArray[np.float64], rng: np.random.Generator
 ) -> tuple[list[ReachingObstacle], NDArray[np.float64], NDArray[np.float64]]:
@@ -152,7 +184,7 @@ def _solids(
 
     Raises
     ------
-    InputError
+    NoLineError
         If no line passes beside the base.
     """
     for _ in range(MAX_DRAWS):
@@ -161,7 +193,7 @@ def _solids(
         if not any(passes_base(solid, travel, case.arm) for solid in solids):
             places = np.array([solid.T_world_shape.translation for solid in solids])
             return solids, places, case.speed * direction
-    raise InputError(
+    raise NoLineError(
         f"found no line beside the arm's base among {MAX_DRAWS}; seed {case.seed} holds the tool "
         "too near to it"
     )

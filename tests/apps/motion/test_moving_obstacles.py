@@ -5,8 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from eyehand.apps.motion import moving_obstacles
 from eyehand.apps.motion.moving_obstacles import (
     MovingCase,
+    MovingResult,
+    NoLineError,
     _line,
     _solids,
     moving_rows,
@@ -21,6 +24,20 @@ def test_arm_leaves_within_its_acceleration_limits(conveyor):
     result = moving_trial(MovingCase(0, 0.25, conveyor, ReachingArm()))
     assert result.clearance >= 0.005
     assert result.peak_acceleration <= 1.0 + 1e-6
+
+
+def test_posture_without_a_free_line_is_left_out(monkeypatch):
+    """The UR5e holds its tool too near to its base at seed 91002."""
+
+    def trial(case):
+        if case.seed == 2:
+            raise NoLineError("found no line")
+        return MovingResult(0.01, False, 0.5)
+
+    monkeypatch.setattr(moving_obstacles, "moving_trial", trial)
+    assert [row["trials"] for row in moving_rows(0, 4)] == [3, 3, 3, 3]
+    with pytest.raises(NoLineError):
+        moving_rows(2, 1)
 
 
 def test_standing_arm_would_be_hit():
