@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
+from threading import Event
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -180,11 +182,12 @@ def _write(folder: Path, fits: Sequence[FittedCloud], mesh: MeshFormat, density:
 
 
 def _serve(fits: Sequence[FittedCloud], port: int) -> None:
-    from .fitting.solid_page import served_page, wait_for_interrupt
+    from .fitting.solid_page import served_page
 
-    with served_page(fits, port) as address:
+    # Ctrl-C may come as soon as the address is printed.
+    with served_page(fits, port) as address, suppress(KeyboardInterrupt):
         say(f"live page at {address} - Ctrl-C ends it")
-        wait_for_interrupt()
+        Event().wait()
     say("page closed")
 
 

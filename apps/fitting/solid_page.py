@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
@@ -82,15 +81,6 @@ def served_page(fits: Sequence[FittedCloud], port: int) -> Iterator[str]:
         server.gui.configure_theme(show_logo=False, show_share_button=False)
         server.gui.add_markdown("\n".join(f"- {line}" for line in _lines(fits)))
         yield f"http://{HOST}:{server.get_port()}"
-
-
-def wait_for_interrupt() -> None:
-    """Return at Ctrl-C."""
-    try:
-        while True:
-            time.sleep(3600.0)
-    except KeyboardInterrupt:
-        pass
 
 
 def _lines(fits: Sequence[FittedCloud]) -> list[str]:
