@@ -10,11 +10,13 @@ import numpy as np
 
 from eyehand.errors import DeviceError
 
+from .robot import RobotReading
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from .hands import AnyCommand
-    from .robot import Robot, RobotReading
+    from .robot import Robot
 
 STALE_SECONDS = 0.3
 """Time without a new state of the arm after which it counts as stopped, s. It is ten times the
@@ -52,7 +54,8 @@ class RobotWatch:
         """Last state of the robot."""
         self._stale = 0.0
         self._since: float | None = None
-        self._start_q = self._path = self._shift = np.zeros_like(reading.q)
+        self._start_q = self._path = np.zeros_like(reading.q)
+        self._turn_q, self._shift = np.array(reading.q), np.zeros_like(reading.q)
 
     def step(
         self, robot: Robot, velocity: NDArray[np.float64], command: AnyCommand | None
@@ -63,10 +66,10 @@ class RobotWatch:
         still = np.zeros_like(self._path)
         try:
             reading = robot.step(velocity, command)
-            fault = reading.fault or self._doubt(reading, velocity, robot)
+            fault = getattr(reading, "fault", "") or self._doubt(reading, velocity, robot)
         except DRIVER_ERRORS as error:
             reading, fault = self.reading, f"the robot's driver failed: {one_line(error)}"
-        if not _usable(reading, still):
+        if not _usable(reading, len(still)):
             reading = self.reading
         self.reading = replace(reading, fault=fault)
         if fault:
@@ -76,11 +79,13 @@ class RobotWatch:
 
     def _doubt(self, reading: RobotReading, velocity: NDArray[np.float64], robot: Robot) -> str:
         """Return what is wrong with a new state; empty if nothing."""
-        if not _usable(reading, velocity):
+        if not _usable(reading, len(velocity)):
             return (
-                f"the arm's joint angles must be {len(velocity)} finite numbers, "
-                f"got {np.asarray(reading.q).tolist()}"
+                f"robot.step() must return a RobotReading with {len(velocity)} finite joint "
+                f"angles, got {getattr(reading, 'q', reading)}"
             )
+        if turned := self._turned_back(reading, robot.period * velocity, robot.joints):
+            return turned
         period = robot.period
         self._stale = self._stale + period if reading.time <= self.reading.time else 0.0
         if self._stale > STALE_SECONDS:
@@ -90,30 +95,42 @@ class RobotWatch:
             return ""
         if self._since is None:
             self._since, self._start_q = reading.time, np.array(reading.q)
-            self._path = self._shift = np.zeros_like(velocity)
+            self._path = np.zeros_like(velocity)
         self._path = self._path + period * np.abs(velocity)
-        self._shift = self._shift + period * velocity
-        moved = reading.q - self._start_q
-        against = (np.abs(self._shift) > OPPOSITE) & (
-            moved * np.sign(self._shift) < -OPPOSITE_SHARE * np.abs(self._shift)
-        )
-        if against.any():
-            k = int(np.argmax(against))
-            return (
-                f"joint {robot.joints[k]} moves against its command: it moved "
-                f"{moved[k]:.2f} rad, commanded were {self._shift[k]:.2f}; check the sign"
-            )
         if reading.time - self._since < STOPPED_SECONDS:
             return ""
         self._since = None
-        path, distance = float(np.linalg.norm(self._path)), float(np.linalg.norm(moved))
+        path = float(np.linalg.norm(self._path))
+        distance = float(np.linalg.norm(reading.q - self._start_q))
         if distance < FOLLOW_SHARE * path:
             return f"the arm does not follow: it moved {distance:.3f} rad of {path:.2f} commanded"
         return ""
 
+    def _turned_back(
+        self, reading: RobotReading, shift: NDArray[np.float64], joints: tuple[str, ...]
+    ) -> str:
+        """Judge each joint after `OPPOSITE` of command, however slowly that is commanded."""
+        self._shift = self._shift + shift
+        judged = np.abs(self._shift) > OPPOSITE
+        moved = reading.q - self._turn_q
+        against = judged & (moved * self._shift < -OPPOSITE_SHARE * self._shift**2)
+        if against.any():
+            k = int(np.argmax(against))
+            return (
+                f"joint {joints[k]} moves against its command: it moved {moved[k]:.2f} rad, "
+                f"commanded were {self._shift[k]:.2f}; check the sign"
+            )
+        self._turn_q = np.where(judged, reading.q, self._turn_q)
+        self._shift = np.where(judged, 0.0, self._shift)
+        return ""
 
-def _usable(reading: RobotReading, velocity: NDArray[np.float64]) -> bool:
-    return np.shape(reading.q) == np.shape(velocity) and bool(np.isfinite(reading.q).all())
+
+def _usable(reading: object, count: int) -> bool:
+    return (
+        isinstance(reading, RobotReading)
+        and np.shape(reading.q) == (count,)
+        and bool(np.isfinite(reading.q).all())
+    )
 
 
 def one_line(error: BaseException) -> str:

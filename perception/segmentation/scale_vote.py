@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .ambiguity import NEARLY, SCALES, UncertainJoin
+from .join_patches import contract_edges
 from .label_pixels import count_labels, renumber_labels
 
 STEPS = (0, -2, 2)
@@ -75,16 +76,11 @@ def _join_by_votes(
     large = np.flatnonzero(sizes >= min_part)
     large = large[large > 0]
     owner = np.zeros(len(sizes), np.int32)
-    owner[large] = large
-    gain = (votes - (MIN_VOTES - 0.5)) * np.minimum(sizes[:, None], sizes[None])
-    gain = gain[np.ix_(large, large)]
-    np.fill_diagonal(gain, -np.inf)
-    while gain.size and gain.max() > 0:
-        a, b = np.unravel_index(np.argmax(gain), gain.shape)
-        owner[owner == large[b]] = large[a]
-        gain[a] += gain[b]
-        gain[:, a] += gain[:, b]
-        gain[b] = gain[:, b] = gain[a, a] = -np.inf
+    first, second = np.triu_indices(len(large), 1)
+    pairs = np.column_stack([large[first], large[second]])
+    gain = votes[pairs[:, 0], pairs[:, 1]] - (MIN_VOTES - 0.5)
+    parent = contract_edges(pairs, gain * sizes[pairs].min(axis=1), len(sizes) - 1)
+    owner[large] = parent[large]
     for part in np.flatnonzero((sizes > 0) & (sizes < min_part)):
         if part and len(large):
             best = large[np.lexsort((sizes[large], votes[part, large]))[-1]]
