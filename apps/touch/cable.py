@@ -69,8 +69,10 @@ def _measure(plan: TrialPlan, sensor: SensorName = "good") -> ExperimentResult:
         caption="error: distance of the pad's middle from the cable's middle line, from 0.3 s "
         "after touch to the cable's end; followed: share of the cable ahead of the landing",
     )
-    # The runs of the first cable, one per speed.
-    picture = cable_picture(runs[:: plan.trials], plan.seed, plan.trials)
+    # The runs of the first cable with readings, one per speed.
+    seed = next(run.seed for run in runs if len(run.errors))
+    shown = [run for run in runs if run.seed == seed and len(run.errors)]
+    picture = cable_picture(shown, plan.seed, plan.trials)
     return ExperimentResult(rows, table, picture)
 
 

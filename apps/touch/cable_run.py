@@ -12,6 +12,7 @@ from scipy.spatial import KDTree
 from scipy.spatial.transform import RigidTransform
 
 from eyehand.data_synth.pad import Part, PlacedObject, TouchObject, pad_scene
+from eyehand.errors import DeviceError
 from eyehand.tactile import (
     PRESETS,
     CableFollower,
@@ -160,25 +161,34 @@ def _compare(
 
 
 def cable_row(run: CableRun) -> dict[str, Any]:
-    """Return the results of a run."""
+    """Return the results of a run; one that ended before `SETTLING` has no figures."""
+    row = {"name": f"cable {run.seed}", "speed_mm_s": 1e3 * run.speed, "outcome": run.outcome}
+    if not len(run.errors):
+        return row
     ahead = SPACING * (len(run.shape.line) - 1) - LANDING_LENGTH
-    return {
-        "name": f"cable {run.seed}",
-        "speed_mm_s": 1e3 * run.speed,
+    return row | {
         "path_rms_mm": 1e3 * run.rms,
         "path_max_mm": 1e3 * float(np.abs(run.errors).max()),
         "followed_pct": 100 * (float(run.length.max()) - LANDING_LENGTH) / ahead,
         "force_mean_n": float(run.forces.mean()),
         "force_std_n": float(run.forces.std()),
-        "outcome": run.outcome,
     }
 
 
 def speed_row(runs: Sequence[CableRun]) -> dict[str, Any]:
-    """Return the results of all cables at one speed: over all points, and of the worst cable."""
+    """Return the results of all cables at one speed: over all points, and of the worst cable.
+
+    Raises
+    ------
+    DeviceError
+        If no run has readings.
+    """
+    count, reached = len(runs), sum(run.outcome == "end of the cable" for run in runs)
+    runs = [run for run in runs if len(run.errors)]
+    if not runs:
+        raise DeviceError(f"all {count} cables were lost within {SETTLING} s")
     rows = [cable_row(run) for run in runs]
     errors = np.concatenate([run.errors for run in runs])
-    reached = sum(run.outcome == "end of the cable" for run in runs)
     return {
         "name": "all cables",
         "speed_mm_s": rows[0]["speed_mm_s"],
@@ -187,5 +197,5 @@ def speed_row(runs: Sequence[CableRun]) -> dict[str, Any]:
         "followed_pct": min(row["followed_pct"] for row in rows),
         "force_mean_n": float(np.mean([row["force_mean_n"] for row in rows])),
         "force_std_n": float(np.max([row["force_std_n"] for row in rows])),
-        "outcome": f"{reached} of {len(runs)} to the end",
+        "outcome": f"{reached} of {count} to the end",
     }

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from eyehand.errors import DeviceError
 from eyehand.tactile import TouchPhases
 
 from .arm_rig import CYCLE, ArmRig
@@ -42,6 +44,21 @@ class ServoRun:
     """(M,), whether the servo is active. Before, a light touch may be lost in the noise."""
     outcome: str | None
     """Why the phase machine ended the run; None if it did not."""
+
+
+def ended_early(runs: Sequence[ServoRun]) -> dict[str, Any]:
+    """Return the number of runs that lasted and of those that did not, with their outcomes.
+
+    Raises
+    ------
+    DeviceError
+        If none lasted.
+    """
+    ended = [run.outcome for run in runs if run.outcome]
+    names = " ".join(sorted(set(ended)))
+    if len(ended) == len(runs):
+        raise DeviceError(f"all {len(runs)} trials ended early: {names}")
+    return {"trials": len(runs) - len(ended), "ended_early": len(ended), "outcomes": names}
 
 
 def run_servo(

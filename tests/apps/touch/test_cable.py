@@ -6,8 +6,9 @@ import json
 import numpy as np
 import pytest
 
+from eyehand.apps.touch.cable_run import CableRun, cable_row, speed_row
 from eyehand.apps.touch.cable_shapes import MAX_CURVATURE, SPACING, cable_shape
-from eyehand.errors import InputError
+from eyehand.errors import DeviceError, InputError
 
 
 def test_path_follows_cable_to_its_end(tmp_path, run_experiment):
@@ -25,6 +26,18 @@ def test_path_follows_cable_to_its_end(tmp_path, run_experiment):
     assert (tmp_path / "cable.png").stat().st_size > 20_000
     with (tmp_path / "cable.csv").open() as file:
         assert len(list(csv.DictReader(file))) == 4
+
+
+def test_cable_that_is_lost_at_once_leaves_the_others():
+    none = np.zeros(0)
+    lost = CableRun(3, cable_shape(3), 0.05, np.zeros((0, 2)), none, none, none, "overload")
+    assert cable_row(lost) == {"name": "cable 3", "speed_mm_s": 50.0, "outcome": "overload"}
+    one = np.full(2, 1e-3)
+    kept = CableRun(0, cable_shape(0), 0.05, np.zeros((2, 2)), one, one, one, "end of the cable")
+    row = speed_row([lost, kept])
+    assert (row["path_rms_mm"], row["outcome"]) == (pytest.approx(1.0), "1 of 2 to the end")
+    with pytest.raises(DeviceError, match="all 1 cables"):
+        speed_row([lost])
 
 
 @pytest.mark.parametrize("seed", range(4))

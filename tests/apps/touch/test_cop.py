@@ -2,11 +2,14 @@
 
 import csv
 import json
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
 
 from eyehand.apps.touch.cop import ProbePath, probe_row
+from eyehand.errors import DeviceError
 
 
 def test_probe_position_between_tactels_is_accurate(tmp_path, run_experiment):
@@ -24,11 +27,19 @@ def test_probe_position_between_tactels_is_accurate(tmp_path, run_experiment):
     assert max(real) - min(real) == pytest.approx(5.0, abs=0.05)
 
 
-def test_probe_row_summarises_errors_of_all_paths():
+def _run(outcome: str | None) -> Any:
+    return cast("Any", SimpleNamespace(outcome=outcome))
+
+
+def test_probe_row_summarises_errors_of_the_paths_that_lasted():
     real = np.zeros((2, 2))
-    one = ProbePath(real, np.array([[3e-5, 4e-5], [0.0, 0.0]]), np.ones(2))
-    other = ProbePath(real, np.array([[0.0, 0.0], [0.0, 1e-4]]), np.ones(2))
-    row = probe_row([one, other])
+    one = ProbePath(real, np.array([[3e-5, 4e-5], [0.0, 0.0]]), np.ones(2), _run(None))
+    other = ProbePath(real, np.array([[0.0, 0.0], [0.0, 1e-4]]), np.ones(2), _run(None))
+    ended = ProbePath(real[:0], real[:0], np.ones(0), _run("overload"))
+    row = probe_row([one, other, ended])
     assert row["error_max_mm"] == pytest.approx(0.1)
     assert row["error_rms_mm"] == pytest.approx(np.sqrt((0.05**2 + 0.1**2) / 4))
     assert row["along_rms_mm"] == pytest.approx(0.015)
+    assert (row["trials"], row["ended_early"], row["outcomes"]) == (2, 1, "overload")
+    with pytest.raises(DeviceError, match="all 1 trials ended early: overload"):
+        probe_row([ended])

@@ -31,5 +31,5 @@ def test_landing_that_ends_early_leaves_the_others():
     assert ended.run.outcome == "oscillation"
     row = roll_row([roll_once(2), ended])
     assert (row["trials"], row["ended_early"], row["outcomes"]) == (1, 1, "oscillation")
-    with pytest.raises(DeviceError, match="all 1 landings ended early: oscillation"):
+    with pytest.raises(DeviceError, match="all 1 trials ended early: oscillation"):
         roll_row([ended])

@@ -2,13 +2,21 @@
 
 import csv
 import json
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any, cast
 
 import numpy as np
 import pytest
 
-from eyehand.apps.touch.track_trial import TARGETS, _row, converged
+from eyehand.apps.touch.track_trial import (
+    TARGETS,
+    TrackTrial,
+    _row,
+    converged,
+    track_once,
+    track_rows,
+)
 from eyehand.errors import DeviceError
 
 
@@ -50,3 +58,12 @@ def test_a_run_that_does_not_converge_is_counted_and_not_averaged():
     assert row["slowest_response_s"] == row["response_time_s"] == pytest.approx(0.1, abs=0.005)
     with pytest.raises(DeviceError, match="none of 2"):
         _row("X", cast("Any", runs), errors[1:] * 2, 0.05, 0.5, "position")
+
+
+def test_a_trial_that_ends_early_enters_only_the_peak():
+    trial = track_once("Rigid pen", 0, 1.1)
+    high = replace(trial.run, averaged=3 * trial.run.averaged, outcome="overload")
+    row, *_ = track_rows([trial, TrackTrial("Rigid pen", high)], 0.1)
+    assert (row["trials"], row["ended_early"], row["outcomes"]) == (1, 1, "overload")
+    assert row["peak"] == pytest.approx(3e-3 * trial.run.averaged.max())
+    assert row["steady_state_error"] < 0.02
