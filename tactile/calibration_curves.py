@@ -17,6 +17,12 @@ LINEAR_RANGE = (100.0, 1000.0)
 """Range of pressures in which Haschke's chapter assumes a linear characteristic, Pa."""
 KNOTS = 64
 """Points of a full curve. More points follow the noise, fewer points cut corners."""
+MIN_HIGHEST = 1000.0
+"""Minimum of the highest pressure of a bench run, Pa: the top of the chapter's linear range. A
+lower one is usually in kPa or psi: pads are loaded with 5 to 1000 of them."""
+MAX_LOWEST = 0.1
+"""Maximum of the lowest pressure of a bench run, as a share of the highest one. It should be 0, as
+the readings at rest are taken there. The air's absolute pressure, 101 kPa, exceeds it."""
 MIN_LOADS = 8
 """Number of different pressures that a bench run needs to separate a curve from noise."""
 
@@ -32,7 +38,8 @@ class BenchRun:
     """
 
     pressures: NDArray[np.float64]
-    """Pressure on all tactels, (M,), Pa, >= 0, in any order. The lowest should be 0."""
+    """Pressure on all tactels above that of the air, (M,), Pa, >= 0, in any order, from 0 to 1000
+    or more."""
     raw: NDArray[np.uint16]
     """Readings of the tactels, (M, N), 0 to 2**bits - 1."""
     bits: int = 12
@@ -53,6 +60,17 @@ class BenchRun:
             raise InputError(
                 f"a bench run needs at least {MIN_LOADS} different pressures, got "
                 f"{len(np.unique(self.pressures))}"
+            )
+        low, high = self.pressures.min(), self.pressures.max()
+        if high < MIN_HIGHEST:
+            raise InputError(
+                f"a bench run needs pressures up to {MIN_HIGHEST:g} Pa or more, got at most "
+                f"{high:g}: they must be in Pa (1 kPa = 1000 Pa, 1 psi = 6895 Pa)"
+            )
+        if low > MAX_LOWEST * high:
+            raise InputError(
+                f"a bench run starts without load, got {low:g} to {high:g} Pa: pressures must be "
+                "above the air's, not absolute, and include 0"
             )
         if not np.issubdtype(self.raw.dtype, np.integer):
             raise InputError(f"raw readings must be integers, got {self.raw.dtype}")

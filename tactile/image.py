@@ -21,6 +21,9 @@ the row on the hemisphere, rad."""
 OPEN_GAP = np.radians(120.0)
 """Gap between the directions of a tactel's neighbours, rad, from which it is on the border. Inside
 a grid the gap is at most 90°, along a straight edge 180°, along a round end a little less."""
+MAX_TACTEL_AREA, MAX_ARRAY_REACH = 0.01, 1.0
+"""Maximum area of a tactel, m², and distance of a tactel from the sensor's origin, m. The tactels
+of pads, hands and robot skins have 0.1 to 20 cm². Lengths in mm exceed both."""
 UNIT_TOLERANCE = 1e-6
 """Maximum error of a unit normal's length, due to files with few digits."""
 
@@ -63,6 +66,16 @@ class TactileArray:
             raise InputError(f"areas must be ({count},), got {self.areas.shape}")
         if not (0 < self.area < np.inf and self.areas.min(initial=np.inf) > 0):
             raise InputError(f"tactel area must be > 0 m², got {self.area}")
+        if self.areas.max() > MAX_TACTEL_AREA:
+            raise InputError(
+                f"tactel area must be at most {MAX_TACTEL_AREA:g} m², got {self.areas.max():g}: "
+                "pitch and positions must be in m"
+            )
+        if abs(self.positions).max() > MAX_ARRAY_REACH:
+            raise InputError(
+                f"tactels must be within {MAX_ARRAY_REACH:g} m of the sensor's origin, got "
+                f"{abs(self.positions).max():g} m: positions must be in m"
+            )
         if not np.isclose(self.areas.mean(), self.area):
             raise InputError(f"area must be the mean {self.areas.mean()} of areas, got {self.area}")
         lengths = np.linalg.norm(self.normals, axis=1)

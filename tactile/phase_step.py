@@ -25,7 +25,8 @@ SensorFault = Literal["sensor_stopped", "sensor_repeats", "tactels_lost", "senso
 
 - sensor_stopped: no image arrives any more.
 - sensor_repeats: the same image arrives again and again.
-- tactels_lost: too few tactels are neither dead nor saturated.
+- tactels_lost: too few tactels are neither dead nor saturated, a row has died since the
+  calibration, or tactels are stuck at full scale.
 - sensor_fault: features that are not finite.
 """
 

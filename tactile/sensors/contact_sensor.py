@@ -83,20 +83,22 @@ class ContactSensor:
         Raises
         ------
         InputError
-            If readings change meanwhile or show a load, or images do not belong to the sensor's
-            description.
+            If readings change meanwhile or show a load, or images or their times do not belong to
+            the sensor's description.
         DeviceError
             If images do not arrive.
         """
-        raws = []
+        raws, times = [], []
         # A silent sensor is given up after one timeout.
         while len(raws) < images and (frame := self.sensor.read()) is not None:
             frame.check(self.sensor.info)
             raws.append(frame.raw)
+            times.append(frame.time)
         if len(raws) < images:
             raise DeviceError(
                 f"{self.sensor.info.name} returned {len(raws)} of {images} images for zeroing"
             )
+        self.sensor.info.check_clock(images, times[-1] - times[0])
         self.rest.zero(np.array(raws))
 
     def read(self, dt: float) -> ContactReading:
@@ -116,7 +118,7 @@ class ContactSensor:
         """
         try:
             frame = self.sensor.read(dt)
-        except (DeviceError, OSError):
+        except (RuntimeError, OSError):
             frame = None
         if frame is not None:
             frame.check(self.sensor.info)

@@ -13,6 +13,9 @@ from eyehand.errors import InputError
 from ..calibration_curves import check_bits
 from ..image import TactileArray
 
+MAX_PERIODS = 5.0
+"""Maximum mean time between images, in periods of the stated rate. Longer gaps count as stops."""
+
 
 @dataclass(frozen=True)
 class SensorInfo:
@@ -40,6 +43,14 @@ class SensorInfo:
         if not 0 < self.rate < np.inf:
             raise InputError(f"rate must be > 0 images per second, got {self.rate}")
 
+    def check_clock(self, images: int, seconds: float) -> None:
+        """Raise an `InputError` if a time by the sensor's clock is too long for its images."""
+        if seconds * self.rate > MAX_PERIODS * images:
+            raise InputError(
+                f"{self.name} took {seconds:g} s by its own clock for {images} images, and its "
+                f"rate is {self.rate:g} per second: times must be in s, and rate that of the sensor"
+            )
+
 
 @dataclass(frozen=True)
 class TactileFrame:
@@ -55,10 +66,11 @@ class TactileFrame:
     def check(self, info: SensorInfo) -> None:
         """Raise an `InputError` if the image does not belong to a sensor with this description."""
         count = len(info.array.positions)
-        if self.raw.shape != (count,) or self.raw.dtype != np.uint16:
+        raw = np.asarray(self.raw)
+        if raw is not self.raw or raw.shape != (count,) or raw.dtype != np.uint16:
             raise InputError(
-                f"{info.name}: raw must be {count} uint16, got {self.raw.shape} {self.raw.dtype}; "
-                "raw.astype(np.uint16) converts integers"
+                f"{info.name}: raw must be {count} uint16, got {type(self.raw).__name__} "
+                f"{raw.shape} {raw.dtype}; np.array(raw, np.uint16) converts integers"
             )
         top = 2**info.bits - 1
         if self.raw.max(initial=0) > top:
@@ -84,7 +96,8 @@ class TactileSensor(Protocol):
     def read(self, timeout: float = 1.0) -> TactileFrame | None:
         """Wait for the next image and return it; None if none comes within the timeout, s.
 
-        A lost connection is a `DeviceError` or an `OSError`. A recording returns None at its end.
+        A lost connection is a `RuntimeError`, as `DeviceError` is, or an `OSError`. A recording
+        returns None at its end.
         """
         ...
 

@@ -256,7 +256,8 @@ def record(sensor: Any, path: Path | str, seconds: float, calibration: Any = Non
     Raises
     ------
     InputError
-        If the duration is not positive, or the file cannot be written.
+        If the duration is not positive, the file cannot be written, or the sensor's clock runs too
+        fast for its rate, as in ms.
     """
     if not seconds > 0:
         raise InputError(f"seconds must be > 0, got {seconds}")
@@ -265,4 +266,6 @@ def record(sensor: Any, path: Path | str, seconds: float, calibration: Any = Non
         while frame is not None and first is not None and frame.time - first.time < seconds:
             recorder.write(frame)
             frame = sensor.read()
+        if frame is not None and first is not None:
+            sensor.info.check_clock(recorder.frames, frame.time - first.time)
         return recorder.frames

@@ -88,15 +88,16 @@ class RestTracker:
 
     def _check_free(self, means: NDArray[np.float64]) -> None:
         """Check that the mean readings (N,) are those of a free pad, apart from drift."""
-        # Readings that are dead or at full scale are faults. `correct` leaves them visible.
-        read = ~self._dead & (means >= self._limits[:, 0]) & (means < self._top)
+        # Dead tactels are faults that `correct` leaves visible. At full scale they look loaded.
+        read = ~self._dead & (means >= self._limits[:, 0])
         change = np.where(read, abs(means - self._rest), 0.0)
         worst = int(change.argmax())
         if change[worst] > self._max_change:
             raise InputError(
                 f"zeroing needs a free pad: tactel {worst} reads {means[worst]:.0f} counts, "
                 f"{self._rest[worst]:.0f} when it was calibrated, and drift explains at most "
-                f"{self._max_change:.0f}; free the pad, or calibrate it again"
+                f"{self._max_change:.0f}; free the pad, or calibrate it again. A tactel with a "
+                "broken wire is marked by Calibration.mark_dead_at_rest"
             )
 
     def correct(self, raw: NDArray[np.uint16], dt: float) -> NDArray[np.uint16]:

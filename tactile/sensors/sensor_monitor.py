@@ -20,6 +20,17 @@ MIN_REPEAT_NOISE = 0.4
 MIN_TRUSTED = 0.75
 """Share of tactels that are neither dead nor at full scale below which tactels are lost. Contact
 saturates a tactel below the full scale of the converter."""
+MAX_DIED = 0.05
+"""Maximum share of tactels that read nothing although they worked when they were calibrated. A row
+of 16 x 16 tactels is 6 %. Fewer are interpolated with little error."""
+MIN_STUCK = 2
+"""Number of tactels stuck at full scale that are a fault. Contacts have two tactels or more."""
+MIN_BORDER = 0.25
+"""Minimum number of tactels that a contact raises to less than full scale, in tactels that it
+raises to full scale at once. The border of 8 x 8 tactels in a corner of the pad has 17 of 64."""
+TOUCHED_SHARE = 0.1
+"""Share of the range of readings from which a tactel is touched for the search of stuck ones. Drift
+explains at most 7 %."""
 
 
 class SensorMonitor:
@@ -35,6 +46,10 @@ class SensorMonitor:
 
     def __init__(self, info: SensorInfo, calibration: Calibration) -> None:
         self._lowest, self._top = calibration.limits[:, 0], 2**calibration.bits - 1
+        self._dead, rest = calibration.dead, calibration.rest
+        self._touch = np.where(self._dead, np.inf, rest + TOUCHED_SHARE * (self._top - rest))
+        self._touched = np.zeros(len(rest), bool)
+        self._died = self._stuck = np.zeros(len(rest), np.int64)
         self._noisy = float(np.median(calibration.noise)) >= MIN_REPEAT_NOISE
         self._stop_seconds = max(STOP_SECONDS, STOP_IMAGES / info.rate)
         self._silence = 0.0
@@ -62,7 +77,24 @@ class SensorMonitor:
         old = frame.time <= self._time or (same and self._noisy)
         self._repeats = self._repeats + 1 if old else 0
         self._last, self._time = frame.raw.copy(), frame.time
-        self.trusted = float(np.mean((frame.raw >= self._lowest) & (frame.raw < self._top)))
-        if self._repeats >= REPEATS:
-            return "sensor_repeats"
-        return "tactels_lost" if self.trusted < MIN_TRUSTED else None
+        if self._lost(frame.raw) or self.trusted < MIN_TRUSTED:
+            return "tactels_lost" if self._repeats < REPEATS else "sensor_repeats"
+        return "sensor_repeats" if self._repeats >= REPEATS else None
+
+    def _lost(self, raw: NDArray[np.uint16]) -> bool:
+        """Count the images in which each tactel was dead or stuck; return if too many are.
+
+        A broken wire raises tactels from rest to full scale at once, and no other tactel. A contact
+        also raises tactels at its border, which read less.
+        """
+        low, full = raw < self._lowest, raw >= self._top
+        self.trusted = 1.0 - float(np.mean(low | full))
+        self._died = np.where(low & ~self._dead, self._died + 1, 0)
+        touched = raw > self._touch
+        risen = touched & ~self._touched
+        border = np.count_nonzero(risen & ~full)
+        broken = risen & (border < MIN_BORDER * np.count_nonzero(risen & full))
+        self._stuck = np.where(full & (broken | (self._stuck > 0)), self._stuck + 1, 0)
+        self._touched = touched
+        died = float(np.mean(self._died >= REPEATS))
+        return died > MAX_DIED or int(np.sum(self._stuck >= REPEATS)) >= MIN_STUCK

@@ -1,5 +1,7 @@
 """Zeroing, drift, and sensors that fail in the middle of a contact."""
 
+from itertools import count
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -7,7 +9,13 @@ from numpy.typing import NDArray
 from eyehand.data_synth.pad import SENSORS
 from eyehand.errors import DeviceError, InputError
 from eyehand.tactile import ServoGoal, TactileArray, TactileServo, TouchPhases, calibrate
-from eyehand.tactile.sensors import ContactSensor, RestTracker, SensorInfo, TactileFrame
+from eyehand.tactile.sensors import (
+    ContactSensor,
+    RestTracker,
+    SensorInfo,
+    SensorMonitor,
+    TactileFrame,
+)
 
 from ..closed_loop import World
 from ..synthetic_pad import SyntheticPad
@@ -42,6 +50,13 @@ class WorldSensor:
             self._last[:100] = 0
         if self.fault == "short":
             self._last[:100] = 4095
+        rows = self._last.reshape(16, 16)
+        if self.fault == "dead row":
+            rows[8] = 0
+        if self.fault == "stuck row":
+            rows[2] = 4095
+        if self.fault == "runtime":
+            raise RuntimeError("usb")
         return TactileFrame(self.time, self._last.copy())
 
     def close(self) -> None:
@@ -63,6 +78,9 @@ def box(height: float = 0.0) -> World:
         ("repeats", "sensor_repeats"),
         ("broken", "tactels_lost"),
         ("short", "tactels_lost"),
+        ("dead row", "tactels_lost"),
+        ("stuck row", "tactels_lost"),
+        ("runtime", "sensor_stopped"),
         ("", "done"),
     ],
 )
@@ -152,10 +170,42 @@ def test_zeroing_accepts_ten_minutes_of_drift_and_faulty_tactels():
     drift = 10.0 * SENSORS["harsh"].drift * (1.0 + 0.5 * rng.standard_normal(256))
     rests = np.array([PAD.raw(np.zeros(256), rng) for _ in range(50)])
     rests += np.maximum(drift, 0.0).astype(np.uint16)
-    rests[:, :2] = 0, 4095
+    rests[:, 0] = 0
     tracker = RestTracker(CALIBRATION)
     tracker.zero(rests)
     assert np.median(tracker.offsets) == pytest.approx(60.0, abs=10.0)
+    rests[:, 1] = 4095
+    with pytest.raises(InputError, match=r"tactel 1 reads 4095 counts.* broken wire"):
+        tracker.zero(rests)
+    RestTracker(CALIBRATION.mark_dead_at_rest(rests)).zero(rests)
+
+
+def test_hard_contact_at_full_scale_is_no_fault_but_a_stuck_row_is():
+    monitor, rng = SensorMonitor(INFO, CALIBRATION), np.random.default_rng(0)
+    distance = np.hypot(*(np.mgrid[:16, :16] - 8.0)).ravel()
+
+    times = count()
+
+    def fault(press: float, stuck: slice) -> str | None:
+        raw = PAD.raw(np.zeros(256), rng) + 5000 * press * np.exp(-((distance / 2.0) ** 2))
+        raw = np.clip(raw, 0, 4095).astype(np.uint16)
+        raw[stuck] = 4095
+        return monitor.check(TactileFrame(DT * next(times), raw), DT)
+
+    none, row = slice(0), slice(32, 48)
+    assert {fault(press, none) for press in (0, 0, *[2.0] * 30, 0, 0)} == {None}
+    assert {fault(0.0, row) for _ in range(4)} == {None}
+    assert fault(0.0, row) == "tactels_lost"
+
+
+@pytest.mark.parametrize(("unit", "rate"), [(1000.0, 250.0), (1.0, 2500.0)])
+def test_zeroing_refuses_times_that_do_not_fit_the_rate(unit, rate):
+    sensor = WorldSensor(box())
+    sensor.info = SensorInfo("pad", TactileArray.flat(), rate)
+    read = sensor.read
+    sensor.read = lambda timeout=1.0: (f := read()) and TactileFrame(unit * f.time, f.raw)
+    with pytest.raises(InputError, match=r"pad took .* s by its own clock for 50 images"):
+        ContactSensor(sensor, CALIBRATION).zero()
 
 
 def test_zeroing_a_silent_sensor_is_a_device_error():
@@ -172,6 +222,8 @@ def test_image_of_another_array_and_calibration_of_another_converter_are_input_e
             frame = super().read(timeout)
             return frame and TactileFrame(frame.time, frame.raw[1:])
 
+    with pytest.raises(InputError, match="raw must be 256 uint16, got list"):
+        TactileFrame(0.0, [100] * 256).check(INFO)  # pyright: ignore[reportArgumentType] - the invalid argument under test
     with pytest.raises(InputError, match="raw must be 256 uint16"):
         ContactSensor(Short(box()), CALIBRATION).read(DT)
     sensor = WorldSensor(box())

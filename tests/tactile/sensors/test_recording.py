@@ -49,6 +49,12 @@ def bench(tactels: int) -> BenchRun:
     return BenchRun(loads, np.rint(100 + 0.5 * loads[:, None] * np.ones(tactels)).astype(np.uint16))
 
 
+def test_record_refuses_times_in_ms(tmp_path):
+    images = [TactileFrame(1000 * image.time, image.raw, image.shear) for image in frames(FLAT)]
+    with pytest.raises(InputError, match="times must be in s"):
+        record(ListSensor(FLAT, images), tmp_path / "touch.mcap", 0.5)
+
+
 @pytest.mark.parametrize("info", [FLAT, TIP], ids=lambda info: info.name)
 def test_recording_plays_what_was_recorded(info, tmp_path):
     images, path = frames(info), tmp_path / "touch.mcap"
