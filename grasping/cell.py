@@ -11,6 +11,7 @@ from scipy.spatial.transform import RigidTransform, Rotation
 from eyehand.control import RobotModel
 from eyehand.errors import InputError
 
+from .hand_frame_check import check_hand_frame
 from .hands import AnyCommand, HandModel, ParallelHand
 from .hands.finger_control import FingerControl
 from .hands.jaw_control import JawControl
@@ -72,7 +73,8 @@ class Cell:
     ------
     InputError
         If the robot lacks a member, one has a wrong type, the description cannot be loaded or has
-        no keyframe ``home``, or the first reading does not fit the description.
+        no keyframe ``home``, the hand frame is not the gripper's tool frame, or the first reading
+        does not fit the description.
     """
 
     robot: Robot
@@ -106,6 +108,11 @@ class Cell:
         self._touch: TouchMonitor | None = TouchMonitor()
         self._models: dict[tuple[float, ...], RobotModel] = {}
         check_start(self.reading, self.robot, self._model_with_open_hand())
+        if isinstance(self.robot.hand, ParallelHand):
+            closed = self.model(self.hand.posture(self.robot.hand.min_opening))
+            check_hand_frame(
+                self.robot.hand_frame, self.robot.hand, self._model_with_open_hand(), closed
+            )
         self._watch = RobotWatch(self.reading)
 
     def model(self, posture: NDArray[np.float64]) -> RobotModel:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from eyehand.control import CollisionWorld, PlannedApproach
 from eyehand.control.tasks import Posture
-from eyehand.errors import InputError
+from eyehand.errors import DeviceError, InputError
 
 from .failed_grasps import FailedGrasps
 from .frame_fusion import fuse_frames
@@ -21,7 +21,7 @@ from .pick_verification import verify_pick
 from .planning import GraspOptions
 from .report import CLEAR, NOT_TRIED, NOTHING_GRASPABLE, ClearReport, PickReport
 from .robot_checks import check_frame
-from .robot_watch import DRIVER_ERRORS
+from .robot_watch import one_line
 from .scene_validation import validate_scene
 
 if TYPE_CHECKING:
@@ -272,19 +272,28 @@ def observe(cell: Cell) -> tuple[Scene | None, float, str]:
         began = time.perf_counter()
         try:
             for _ in range(count):
-                frames.append(cell.robot.capture())
-                check_frame(frames[-1])
+                frames.append(_capture(cell))
             began = time.perf_counter()
             frame = fuse_frames(frames)
             scene = _without_tray(cell.perceive(frame), cell.tray)
             problem = validate_scene(frame, scene, cell.tray)
-        except (InputError, *DRIVER_ERRORS) as error:
+        except (InputError, DeviceError) as error:
             scene, problem = None, f"no valid depth image: {error}"
         spent += 1e3 * (time.perf_counter() - began)
         if scene is not None and not problem:
             cell.scene = scene
             return scene, spent, ""
     return None, spent, problem
+
+
+def _capture(cell: Cell) -> DepthFrame:
+    """Capture a depth image; whatever the camera's driver raises becomes a `DeviceError`."""
+    try:
+        frame = cell.robot.capture()
+    except Exception as error:
+        raise DeviceError(one_line(error)) from error
+    check_frame(frame)
+    return frame
 
 
 def move_home(cell: Cell, scene: Scene) -> bool:

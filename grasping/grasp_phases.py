@@ -13,7 +13,7 @@ from eyehand.control.tasks import AxisAlignment, Interval, Orientation, Position
 from .cell import Cell
 from .control_tasks import control_tasks
 from .grasp_balance import balance
-from .hands import AnyCommand, ParallelHand
+from .hands import AnyCommand, JawCommand, ParallelHand
 from .held_grip import mean_wrench
 from .motion import NEAR_ENOUGH, RAMP_SECONDS, execute, remaining_distance, unexpected_contact
 from .pick_state import PhaseFailure, PickState
@@ -43,6 +43,10 @@ PRE_GRASP_SLACK = 0.01
 it removes the error before the fingers reach the object."""
 BOUND_SLACK = 0.001
 """The same error of a bound, m. The bound of the approach angle is so flat that 10 mm are 20°."""
+OPEN_SECONDS = 3.0
+"""Time for which the arm waits above the object for slow jaws to open, s."""
+NARROW = 0.01
+"""Distance by which the jaws may be too narrow for the approach, m."""
 APPROACH_SECONDS = 3.0
 """Time limit of the approach, s."""
 CLOSE_SECONDS = 3.0
@@ -73,10 +77,31 @@ def pre_grasp(cell: Cell, state: PickState) -> PhaseFailure | None:
     )
     # The step that stops the arm may move it out of the slack again.
     near_enough = result.reason == NEAR_ENOUGH or state.near_goal(cell, tasks, cell.reading.q)
-    if result or near_enough:
-        state.tare = _tare(cell)
-        return None
-    return PhaseFailure("stuck", f"before the grasp: {result.reason}")
+    if not result and not near_enough:
+        return PhaseFailure("stuck", f"before the grasp: {result.reason}")
+    if narrow := _still_narrow(cell, shape):
+        return PhaseFailure("hand_stalled", narrow)
+    state.tare = _tare(cell)
+    return None
+
+
+def _still_narrow(cell: Cell, shape: AnyCommand) -> str:
+    """Wait until two jaws are open; say what is wrong if they do not open."""
+    if not isinstance(shape, JawCommand):
+        return ""
+
+    def narrow() -> bool:
+        return cell.hand.width(cell.reading.hand) < shape.width - NARROW
+
+    end = cell.reading.time + OPEN_SECONDS
+    while narrow() and cell.reading.time < end and not cell.halted:
+        cell.step(np.zeros(len(cell.robot.joints)), shape)
+    if not narrow():
+        return ""
+    return (
+        f"the width reads {1e3 * cell.hand.width(cell.reading.hand):.0f} mm after the command "
+        f"{1e3 * shape.width:.0f} mm; it must be the distance between both pads, 0 when closed"
+    )
 
 
 def _tare(cell: Cell) -> NDArray[np.float64] | None:

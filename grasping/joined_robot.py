@@ -14,7 +14,7 @@ from eyehand.perception import DepthFrame
 from .hands import AnyCommand, AnyReading, HandModel, ParallelHand
 from .robot import Arm, ArmReading, Camera, Hand, RobotReading
 from .robot_checks import ARM, CAMERA, HAND, check_members, check_type
-from .robot_watch import DRIVER_ERRORS, one_line
+from .robot_watch import one_line
 
 MAX_CAPTURES = 3
 """Number of attempts to capture a depth image. Cameras drop single frames."""
@@ -37,7 +37,8 @@ class JoinedRobot:
     Raises
     ------
     InputError
-        If a driver lacks a member, or its first reading has a wrong type.
+        If a driver lacks a member, its first reading has a wrong type, or `describe` is no
+        function.
     """
 
     def __init__(
@@ -51,6 +52,10 @@ class JoinedRobot:
         check_members(arm, ARM, "Arm")
         check_members(hand, HAND, "Hand")
         check_members(camera, CAMERA, "Camera")
+        if not callable(describe):
+            raise InputError(
+                f"JoinedRobot: describe must be a function of the hand's posture, got {describe!r}"
+            )
         self._arm, self._hand, self._camera = arm, hand, camera
         self._describe, self._hand_frame = describe, hand_frame
         self._state = arm.read()
@@ -93,7 +98,8 @@ class JoinedRobot:
         for _ in range(MAX_CAPTURES):
             try:
                 return self._camera.capture()
-            except DRIVER_ERRORS as error:
+            except Exception as error:
+                # A driver raises what its library raises, often a RuntimeError.
                 reason = one_line(error)
         raise DeviceError(f"the camera gave no image in {MAX_CAPTURES} attempts: {reason}")
 
@@ -127,6 +133,6 @@ class JoinedRobot:
             self._state = self._arm.step(velocity)
             part = "hand"
             self._hand_state = self._hand.read()
-        except DRIVER_ERRORS as error:
-            raise DeviceError(f"{part}: {one_line(error)}") from None
+        except Exception as error:
+            raise DeviceError(f"{part}: {one_line(error)}") from error
         return self.read()

@@ -9,6 +9,8 @@ import numpy as np
 
 from eyehand.control.tasks import AxisAlignment, Interval, LookAt, Orientation, Pose, Task
 
+from .robot_watch import stopped_at_error
+
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
 
@@ -111,35 +113,36 @@ def execute(
     infeasible = 0.0
     still = np.zeros(len(cell.robot.joints))
     start = _SmoothStart(controller, cell.robot.period, ramp_seconds, still)
-    while True:
-        reading = cell.reading
-        if reading.fault:
-            return MotionResult("fault", reading.fault)
-        if cell.touch_fault:
-            cell.step(still)
-            return MotionResult("stopped", cell.touch_fault)
-        stop_reason = stop(reading) if stop else ""
-        if stop_reason:
-            if stop_reason == NEAR_ENOUGH:
-                stop_reason = _brake(cell, controller, start, command, stop) or stop_reason
-            cell.step(still)
-            return MotionResult("stopped", stop_reason)
-        cycle = controller.step(reading.q)
-        infeasible = infeasible + cell.robot.period if cycle.status == "infeasible" else 0.0
-        if cycle.status == "reached":
-            cell.step(still)
-            return MotionResult("reached", "")
-        if cycle.status == "stuck" or infeasible > INFEASIBLE_SECONDS:
-            cell.step(still)
-            return MotionResult("stuck", cycle.reason)
-        if reading.time >= end:
-            _brake(cell, controller, start, command, stop)
-            cell.step(still)
-            errors = ", ".join(f"{error:.3g}" for error in cycle.errors)
-            return MotionResult(
-                "late", f"not reached after {seconds:g} s: errors {errors} (m or rad)"
-            )
-        cell.step(start.follow(cycle.velocity), command(reading) if command else None)
+    with stopped_at_error(cell.robot):
+        while True:
+            reading = cell.reading
+            if reading.fault:
+                return MotionResult("fault", reading.fault)
+            if cell.touch_fault:
+                cell.step(still)
+                return MotionResult("stopped", cell.touch_fault)
+            stop_reason = stop(reading) if stop else ""
+            if stop_reason:
+                if stop_reason == NEAR_ENOUGH:
+                    stop_reason = _brake(cell, controller, start, command, stop) or stop_reason
+                cell.step(still)
+                return MotionResult("stopped", stop_reason)
+            cycle = controller.step(reading.q)
+            infeasible = infeasible + cell.robot.period if cycle.status == "infeasible" else 0.0
+            if cycle.status == "reached":
+                cell.step(still)
+                return MotionResult("reached", "")
+            if cycle.status == "stuck" or infeasible > INFEASIBLE_SECONDS:
+                cell.step(still)
+                return MotionResult("stuck", cycle.reason)
+            if reading.time >= end:
+                _brake(cell, controller, start, command, stop)
+                cell.step(still)
+                errors = ", ".join(f"{error:.3g}" for error in cycle.errors)
+                return MotionResult(
+                    "late", f"not reached after {seconds:g} s: errors {errors} (m or rad)"
+                )
+            cell.step(start.follow(cycle.velocity), command(reading) if command else None)
 
 
 @dataclass

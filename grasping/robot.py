@@ -56,7 +56,7 @@ class ArmReading:
 class Arm(Protocol):
     """The driver of an arm.
 
-    It reports a lost connection by a `DeviceError` or an `OSError`. The arm must stop by itself
+    It reports a lost connection by an exception. The arm must stop by itself
     when commands stay away.
     """
 
@@ -106,7 +106,7 @@ class Camera(Protocol):
     def capture(self) -> DepthFrame:
         """Capture a depth image without the robot, as `Robot.capture`.
 
-        A dropped frame is a `DeviceError` or an `OSError`.
+        A dropped frame is an exception.
         """
         ...
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from numbers import Real
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,6 +14,8 @@ from .hands import HandModel, HandReading, JawReading, ParallelHand
 from .robot import RobotReading
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from eyehand.control import RobotModel
 
     from .robot import Robot
@@ -28,6 +31,8 @@ HOME = "home"
 JOINT_MARGIN = 0.1
 """Distance by which a measured joint may exceed its limit, rad or m. It covers errors of encoders
 and of the robot's file."""
+FULL_TURN = 2.0 * np.pi
+"""Angle beyond which a joint far outside its limits is taken for one in degrees, rad."""
 WIDTH_MARGIN = 0.02
 """Distance by which a measured width may exceed the stroke of the hand, m."""
 
@@ -104,15 +109,25 @@ def check_start(reading: Any, robot: Robot, model: RobotModel) -> None:
         k = int(np.argmax(outside))
         raise InputError(
             f"robot.read().q: joint {model.joint_names[k]} is at {q[k]:.4g}, its limits are "
-            f"{model.lower[k]:.4g} to {model.upper[k]:.4g}; angles must be in rad, not in degrees"
+            f"{model.lower[k]:.4g} to {model.upper[k]:.4g}; {_cause(q)}"
         )
     if isinstance(robot.hand, ParallelHand):
-        width, stroke = reading.hand.width, robot.hand.stroke
+        width, effort, stroke = reading.hand.width, reading.hand.effort, robot.hand.stroke
+        for name, value in (("width", width), ("effort", effort)):
+            if not isinstance(value, Real) and (name == "width" or value is not None):
+                raise InputError(f"robot.read().hand.{name} must be a number, got {value!r}")
         if not -WIDTH_MARGIN <= width <= stroke + WIDTH_MARGIN:
             raise InputError(
                 f"robot.read().hand.width must be 0 to {stroke:g} m, got {width:.4g}: "
                 "write it in m, not in mm"
             )
+
+
+def _cause(q: NDArray[np.float64]) -> str:
+    """Say what joint angles far outside their limits may come from."""
+    if np.abs(q).max() > FULL_TURN:
+        return "angles must be in rad, not in degrees"
+    return "check the order of robot.joints, the signs and the zero positions"
 
 
 def check_frame(frame: Any) -> None:

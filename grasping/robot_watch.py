@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from eyehand.errors import DeviceError
+from eyehand.errors import EyehandError
 
 from .robot import RobotReading
 
@@ -32,16 +33,22 @@ OPPOSITE = 0.1
 reverses at 1 rad/s can be 0.06 rad behind."""
 OPPOSITE_SHARE = 0.5
 """Share of the commanded rotation by which a joint moves backwards if a sign is wrong."""
-DRIVER_ERRORS = (DeviceError, OSError, EOFError)
-"""Exceptions by which a driver reports that it lost its device. TimeoutError is an OSError."""
+JUDGED = 0.6
+"""Commanded rotation of a joint after which it is judged anew, rad."""
+FAR_SHARE, FAR_MARGIN = 1.5, 0.3
+"""A joint moves too far if it moves farther than this share of its command and this margin, rad.
+The margin covers a joint that is 0.1 s late at 3 rad/s."""
+CLOCK_SHARE, CLOCK_CYCLES = 100, 5
+"""Number of successive steps, each of which takes this many periods by the arm's clock, after which
+the clock is in a wrong unit. Planning takes as long between two steps, but not five times."""
 
 
 class RobotWatch:
     """Steps a robot, and reports as `RobotReading.fault` what the robot does not report itself.
 
     These are errors of a driver, readings that are not finite, an arm whose state does not change
-    any more, and an arm that does not follow its commands or moves against them. After a fault
-    the arm is commanded to stand still.
+    any more, and an arm that does not follow its commands, moves farther or moves against them.
+    After a fault the arm is commanded to stand still.
 
     Parameters
     ----------
@@ -52,7 +59,7 @@ class RobotWatch:
     def __init__(self, reading: RobotReading) -> None:
         self.reading = reading
         """Last state of the robot."""
-        self._stale = 0.0
+        self._stale, self._long = 0.0, 0
         self._since: float | None = None
         self._start_q = self._path = np.zeros_like(reading.q)
         self._turn_q, self._shift = np.array(reading.q), np.zeros_like(reading.q)
@@ -63,18 +70,17 @@ class RobotWatch:
         """Move for one period, as `Robot.step`, and return the state at its end."""
         if self.reading.fault:
             return self.reading
-        still = np.zeros_like(self._path)
         try:
             reading = robot.step(velocity, command)
             fault = getattr(reading, "fault", "") or self._doubt(reading, velocity, robot)
-        except DRIVER_ERRORS as error:
+        except Exception as error:
+            # A driver raises what its library raises, often a RuntimeError.
             reading, fault = self.reading, f"the robot's driver failed: {one_line(error)}"
-        if not _usable(reading, len(still)):
+        if not _usable(reading, len(self._path)):
             reading = self.reading
         self.reading = replace(reading, fault=fault)
         if fault:
-            with suppress(*DRIVER_ERRORS):
-                robot.step(still, None)
+            stop(robot)
         return self.reading
 
     def _doubt(self, reading: RobotReading, velocity: NDArray[np.float64], robot: Robot) -> str:
@@ -84,12 +90,18 @@ class RobotWatch:
                 f"robot.step() must return a RobotReading with {len(velocity)} finite joint "
                 f"angles, got {getattr(reading, 'q', reading)}"
             )
-        if turned := self._turned_back(reading, robot.period * velocity, robot.joints):
-            return turned
-        period = robot.period
-        self._stale = self._stale + period if reading.time <= self.reading.time else 0.0
+        period, passed = robot.period, reading.time - self.reading.time
+        if strayed := self._strayed(reading, period * velocity, robot.joints):
+            return strayed
+        self._stale = self._stale + period if passed <= 0.0 else 0.0
         if self._stale > STALE_SECONDS:
             return f"the arm has sent no new state for {self._stale:.1f} s"
+        self._long = self._long + 1 if passed > CLOCK_SHARE * period else 0
+        if self._long >= CLOCK_CYCLES:
+            return (
+                f"the arm's clock advances by {passed:.4g} s in a period of {period:g} s; "
+                "write the times in s"
+            )
         if np.linalg.norm(velocity) < MIN_COMMAND:
             self._since = None
             return ""
@@ -106,23 +118,42 @@ class RobotWatch:
             return f"the arm does not follow: it moved {distance:.3f} rad of {path:.2f} commanded"
         return ""
 
-    def _turned_back(
+    def _strayed(
         self, reading: RobotReading, shift: NDArray[np.float64], joints: tuple[str, ...]
     ) -> str:
-        """Judge each joint after `OPPOSITE` of command, however slowly that is commanded."""
+        """Compare the way of each joint with its command, however slowly that is commanded."""
         self._shift = self._shift + shift
-        judged = np.abs(self._shift) > OPPOSITE
-        moved = reading.q - self._turn_q
-        against = judged & (moved * self._shift < -OPPOSITE_SHARE * self._shift**2)
-        if against.any():
-            k = int(np.argmax(against))
-            return (
-                f"joint {joints[k]} moves against its command: it moved {moved[k]:.2f} rad, "
-                f"commanded were {self._shift[k]:.2f}; check the sign"
-            )
-        self._turn_q = np.where(judged, reading.q, self._turn_q)
-        self._shift = np.where(judged, 0.0, self._shift)
+        way, moved = np.abs(self._shift), reading.q - self._turn_q
+        against = (way > OPPOSITE) & (moved * self._shift < -OPPOSITE_SHARE * way**2)
+        too_far = np.abs(moved) > FAR_SHARE * way + FAR_MARGIN
+        if (against | too_far).any():
+            k = int(np.argmax(against | too_far))
+            numbers = f"it moved {moved[k]:.2f} rad, commanded were {self._shift[k]:.2f}"
+            if too_far[k]:
+                return (
+                    f"joint {joints[k]} moves farther than commanded: {numbers}; "
+                    "check that the driver takes rad/s, for one period"
+                )
+            return f"joint {joints[k]} moves against its command: {numbers}; check the sign"
+        self._turn_q = np.where(way > JUDGED, reading.q, self._turn_q)
+        self._shift = np.where(way > JUDGED, 0.0, self._shift)
         return ""
+
+
+@contextmanager
+def stopped_at_error(robot: Robot) -> Iterator[None]:
+    """Command the arm to stand still before an error or Ctrl-C leaves the block."""
+    try:
+        yield
+    except BaseException:
+        stop(robot)
+        raise
+
+
+def stop(robot: Robot) -> None:
+    """Command the arm to stand still for one period, whatever its driver raises."""
+    with suppress(Exception):
+        robot.step(np.zeros(len(robot.joints)), None)
 
 
 def _usable(reading: object, count: int) -> bool:
@@ -134,5 +165,8 @@ def _usable(reading: object, count: int) -> bool:
 
 
 def one_line(error: BaseException) -> str:
-    """Return the message of an error in one line, or its type."""
-    return " ".join(str(error).split()) or type(error).__name__
+    """Return the message of an error in one line. Only errors of devices need no type."""
+    text = " ".join(str(error).split())
+    if text and isinstance(error, EyehandError | OSError | EOFError):
+        return text
+    return f"{type(error).__name__}: {text}".removesuffix(": ")

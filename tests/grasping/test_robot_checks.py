@@ -64,6 +64,7 @@ def test_missing_members_of_a_driver_are_listed():
     ("q", "words"),
     [
         (np.degrees, "its limits are .* angles must be in rad, not in degrees"),
+        (lambda q: q[::-1] + 2.0, "check the order of robot.joints, the signs and the zero"),
         (lambda q: q[:-1], r"read\(\).q must be . finite numbers"),
         (lambda q: q * np.nan, r"read\(\).q must be . finite numbers"),
     ],
@@ -86,14 +87,19 @@ def test_description_without_a_rest_posture_is_refused(monkeypatch):
     assert "no keyframe 'home'" in refusal(robot)
 
 
-def test_width_in_millimetres_is_refused(monkeypatch):
+def test_wrong_widths_and_efforts_are_refused(monkeypatch):
     robot = FakeRobot()
     cell = Cell(robot, no_scene, TRAY)
     model = cell.model(cell.hand.posture(cell.hand.max_opening))
     monkeypatch.setattr(robot, "hand", load_hand("panda"))
 
-    with pytest.raises(InputError, match="write it in m, not in mm"):
-        check_start(replace(robot.read(), hand=JawReading(80.0)), robot, model)
+    for reading, words in (
+        (JawReading(80.0), "write it in m, not in mm"),
+        (JawReading(None), "hand.width must be a number, got None"),  # pyright: ignore
+        (JawReading(0.08, "12"), "hand.effort must be a number, got '12'"),  # pyright: ignore
+    ):
+        with pytest.raises(InputError, match=words):
+            check_start(replace(robot.read(), hand=reading), robot, model)
 
 
 def test_frame_without_a_pose_ends_clearing():

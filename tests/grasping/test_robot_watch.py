@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from eyehand.errors import DeviceError
+from eyehand.grasping import Cell, Tray
+from eyehand.grasping.motion import execute
 from eyehand.grasping.robot_watch import RobotWatch
 
 from .fake_robot import FakeRobot
@@ -46,6 +49,20 @@ def lost(robot, reading):
     return reading
 
 
+def unplugged(robot, reading):
+    raise RuntimeError("modbus")
+
+
+def faster(factor):
+    """Return a change of readings: the joints move at a multiple of the command, to 2 rad/s."""
+
+    def change(robot, reading):
+        way = np.minimum(factor * (reading.q - START), 2.0 * reading.time)
+        return replace(reading, q=START + way)
+
+    return change
+
+
 def test_robot_that_follows_has_no_fault():
     assert faults(lambda robot, reading: reading)[0] == ""
 
@@ -54,6 +71,10 @@ def test_robot_that_follows_has_no_fault():
     ("change", "words", "latest"),
     [
         (lost, "the robot's driver failed: no answer after 20 s", 0.11),
+        (unplugged, "the robot's driver failed: RuntimeError: modbus", 0.01),
+        (faster(3.0), "moves farther than commanded: it moved 0.6", 0.7),
+        (faster(57.3), "check that the driver takes rad/s", 0.3),
+        (lambda robot, r: replace(r, time=1e3 * r.time), "4 s in a period of 0.004 s", 0.03),
         (lambda robot, r: replace(r, q=START), "the arm does not follow: it moved 0.000 rad", 0.65),
         (lambda robot, r: replace(r, time=0.0), "the arm has sent no new state for 0.3 s", 0.35),
         (lambda robot, r: replace(r, q=r.q * np.nan), "7 finite joint angles, got [nan", 0.01),
@@ -114,3 +135,39 @@ def test_error_of_the_last_stop_does_not_hide_the_fault():
         raise DeviceError("cable")
 
     assert faults(broken)[0] == "the robot's driver failed: cable"
+
+
+def no_scene(frame):
+    pytest.fail("no image is perceived")
+
+
+class Endless:
+    """A controller that never reaches its goal."""
+
+    def step(self, q):
+        """Move on."""
+        return SimpleNamespace(velocity=np.full(len(q), 0.1), status="moving")
+
+    def resume(self, velocity, acceleration=None):
+        """Ignore the velocity."""
+
+    def stop(self, q):
+        """Stand still."""
+        raise AssertionError("the motion does not end near its goal")
+
+
+@pytest.mark.parametrize("error", [KeyboardInterrupt, ValueError])
+def test_error_in_a_motion_stops_the_arm_before_it_is_raised(error):
+    robot = Arm(lambda robot, reading: reading)
+
+    def interrupt(reading):
+        if robot.time > 0.1:
+            raise error
+        return ""
+
+    cell = Cell(robot, no_scene, Tray(np.zeros(3), (0.2, 0.2), 0.05))
+    with pytest.raises(error):
+        execute(cell, Endless(), 5.0, stop=interrupt)  # pyright: ignore[reportArgumentType]
+
+    assert robot.velocities[-2].any()
+    np.testing.assert_array_equal(robot.velocities[-1], 0.0)

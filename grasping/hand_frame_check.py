@@ -1,0 +1,79 @@
+"""Check that the hand frame of a robot's description is the tool frame of its gripper."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from eyehand.errors import InputError
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from eyehand.control import RobotModel
+
+    from .hands import ParallelHand
+
+MOVED = 0.002
+"""Distance by which a part of a jaw moves between the open and the closed gripper, m."""
+STROKE_SHARE = (0.6, 1.5)
+"""Range of the measured over the described stroke. Parts of a jaw that turns move differently."""
+TIP_SLACK = 0.02
+"""Distance of the fingertips from the origin along z that the check accepts, m. Models of collision
+shapes are often coarse."""
+
+
+def check_hand_frame(
+    frame: str, hand: ParallelHand, opened: RobotModel, closed: RobotModel
+) -> None:
+    """Compare how the jaws of a description move with the tool frame of the gripper.
+
+    In the tool frame the jaws close along x, and the fingertips of the closed gripper end at the
+    height of the origin. A description whose jaws do not move cannot be checked.
+
+    Parameters
+    ----------
+    frame
+        Name of the hand frame.
+    hand
+        The gripper.
+    opened, closed
+        The models of the robot with the open and the closed gripper.
+
+    Raises
+    ------
+    InputError
+        If the jaws close along another axis or by another stroke, or the tips are elsewhere.
+    """
+    before, after = _geom_bounds(opened), _geom_bounds(closed)
+    if before.shape != after.shape:
+        return
+    shift = (after - before).mean(axis=0)
+    moved = np.linalg.norm(shift, axis=1) > MOVED
+    if not moved.any():
+        return
+    stroke = np.max([shift.max(axis=0), 0 * shift[0]], axis=0) - np.minimum(shift.min(axis=0), 0)
+    wanted, asked = hand.stroke - hand.min_opening, "xyz"[int(np.argmax(stroke))]
+    if not STROKE_SHARE[0] * wanted <= stroke[0] <= STROKE_SHARE[1] * wanted:
+        raise InputError(
+            f"robot.hand_frame {frame!r}: the jaws of robot.description() close by "
+            f"{1e3 * stroke[0]:.0f} mm along x of this frame, robot.hand by {1e3 * wanted:.0f} mm. "
+            f"They move most along {asked}. x must be the closing direction, z the approach"
+        )
+    tip = after[1, moved, 2].max()
+    if abs(tip) > TIP_SLACK:
+        raise InputError(
+            f"robot.hand_frame {frame!r}: the fingertips end at z = {1e3 * tip:.0f} mm of this "
+            "frame, expected 0: its origin must lie midway between the fingertips"
+        )
+
+
+def _geom_bounds(model: RobotModel) -> NDArray[np.float64]:
+    """Return low and high corners (2, G, 3) of all geoms at home, in the hand frame, m."""
+    state, data, shapes = model.at(model.home), model.data, model.model
+    turn = state.rotation.T @ data.geom_xmat.reshape(-1, 3, 3)
+    middle = np.einsum("gij,gj->gi", turn, shapes.geom_aabb[:, :3])
+    middle += (data.geom_xpos - state.position) @ state.rotation
+    half = np.einsum("gij,gj->gi", np.abs(turn), shapes.geom_aabb[:, 3:])
+    return np.stack([middle - half, middle + half])
