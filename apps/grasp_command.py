@@ -24,6 +24,8 @@ MAX_CALIBRATION_ERROR = 50.0
 """Maximum of --calibration-error, mm."""
 MAX_DEPTH_ERROR = 20.0
 """Maximum of --depth-error, %."""
+LEAST_ERROR = 0.05
+"""Least value of both above 0. Smaller ones are in m, or shares."""
 SUFFIXES = {"--yaml": (".yaml", ".yml"), "--picture": (".png",), "--page": (".html", ".htm")}
 
 MIN_SIZE_MM, MAX_SIZE_MM = 1.0, 1000.0
@@ -128,13 +130,14 @@ def grasp_command(
 
 
 def _options(calibration_error: float, friction: float, depth_error: float) -> JawOptions:
-    if not 0.0 <= calibration_error <= MAX_CALIBRATION_ERROR:
-        raise InputError(
-            f"--calibration-error must be 0 to {MAX_CALIBRATION_ERROR:g} mm, got "
-            f"{calibration_error:g}"
-        )
-    if not 0.0 <= depth_error <= MAX_DEPTH_ERROR:
-        raise InputError(f"--depth-error must be 0 to {MAX_DEPTH_ERROR:g} %, got {depth_error:g}")
+    for name, value, unit, most in (
+        ("--calibration-error", calibration_error, "mm", MAX_CALIBRATION_ERROR),
+        ("--depth-error", depth_error, "%", MAX_DEPTH_ERROR),
+    ):
+        if value != 0.0 and not LEAST_ERROR <= value <= most:
+            raise InputError(
+                f"{name} must be 0, or {LEAST_ERROR} to {most:g} {unit}, got {value:g}"
+            )
     return JawOptions(
         friction=friction,
         calibration_error=1e-3 * calibration_error,
@@ -187,6 +190,8 @@ def _report(found: GraspedFrame, *, json_wanted: bool) -> None:
     """Print the table and the remarks, or why there is no grasp."""
     if found.hand.pre_shape:
         say(f"{found.hand.name}: {found.hand.pre_shape}; its description lists the joint positions")
+    if any(found.hand.middle_shift):
+        say(f"{found.hand.name}: one jaw moves, so the arm must go to hand.link_pose of a grasp")
     if found.grasps:
         show(grasp_table(found), json_wanted=json_wanted)
         for note in (doubt_note(found), *object_notes(found)):

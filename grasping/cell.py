@@ -18,7 +18,7 @@ from .hands.jaw_control import JawControl
 from .hands.touch_monitor import TouchMonitor
 from .pick_options import PickOptions
 from .report import Phase, PhaseRecord
-from .robot_checks import check_robot, check_start
+from .robot_checks import check_robot, check_start, check_tray
 from .robot_watch import RobotWatch
 
 if TYPE_CHECKING:
@@ -73,8 +73,8 @@ class Cell:
     ------
     InputError
         If the robot lacks a member, one has a wrong type, the description cannot be loaded or has
-        no keyframe ``home``, the hand frame is not the gripper's tool frame, or the first reading
-        does not fit the description.
+        no keyframe ``home``, the hand frame is not the gripper's tool frame, the tray is out of
+        reach, or the first reading does not fit the description.
     """
 
     robot: Robot
@@ -108,6 +108,7 @@ class Cell:
         self._touch: TouchMonitor | None = TouchMonitor()
         self._models: dict[tuple[float, ...], RobotModel] = {}
         check_start(self.reading, self.robot, self._model_with_open_hand())
+        check_tray(self.tray, self._model_with_open_hand())
         if isinstance(self.robot.hand, ParallelHand):
             closed = self.model(self.hand.posture(self.robot.hand.min_opening))
             check_hand_frame(

@@ -12,8 +12,18 @@ from .depth_correction import CORRECTED_SCALE_ERROR
 from .hands import GripOptions
 from .jaws import JawOptions
 
-MAX_VALUE = 1e3
-"""Upper bound of every numeric option in SI units."""
+MAX_VALUES = {
+    "speed": 2.0,
+    "carry_speed": 2.0,
+    "pre_grasp_distance": 0.5,
+    "lift_height": 1.0,
+    "drop_height": 0.5,
+    "max_contact_force": 1e3,
+    "check_seconds": 60.0,
+    "shake_seconds": 60.0,
+    "max_attempts": 100,
+}
+"""Greatest value of each numeric option. A length beyond it is in mm or cm."""
 POSITIVE = ("speed", "carry_speed", "max_contact_force")
 """Options that must not be 0, because nothing would move."""
 
@@ -81,11 +91,10 @@ class PickOptions:
     """Maximum number of different grasps tried on one object."""
 
     def __post_init__(self) -> None:
-        for name, value in vars(self).items():
-            if not isinstance(value, (int, float)):
-                continue
-            if not 0.0 <= value < MAX_VALUE:
-                raise InputError(f"pick option {name} must lie in [0, {MAX_VALUE:g}), got {value}")
+        for name, most in MAX_VALUES.items():
+            value = getattr(self, name)
+            if not 0.0 <= value <= most:
+                raise InputError(f"pick option {name} must be 0 to {most:g}, got {value}")
             if value == 0.0 and name in POSITIVE:
                 raise InputError(f"pick option {name} must be > 0, got {value}")
         if self.balance not in get_args(Balancing):

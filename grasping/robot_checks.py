@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from eyehand.control import RobotModel
 
     from .robot import Robot
+    from .tray import Tray
 
 ROBOT = ("hand", "hand_frame", "joints", "period", "description", "capture", "read", "step")
 ARM = ("joints", "period", "read", "step")
@@ -128,6 +129,21 @@ def _cause(q: NDArray[np.float64]) -> str:
     if np.abs(q).max() > FULL_TURN:
         return "angles must be in rad, not in degrees"
     return "check the order of robot.joints, the signs and the zero positions"
+
+
+def check_tray(tray: Tray, model: RobotModel) -> None:
+    """Raise an `InputError` if a tray is farther from the arm's base than the arm is long."""
+    state, anchors = model.at(model.home), model.data.xanchor[model.joints]
+    points = np.vstack([anchors[np.argsort(model.joints)], state.position])
+    reach = float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
+    if not model.hinge.all():
+        return
+    far = tray.distance(points[0])
+    if far > reach:
+        raise InputError(
+            f"the tray at {np.round(tray.centre, 3).tolist()} m is {far:.3g} m from the base of "
+            f"the arm, which reaches {reach:.2g} m: give its place in the world frame in m"
+        )
 
 
 def check_frame(frame: Any) -> None:

@@ -134,7 +134,10 @@ class RobotWatch:
                     f"joint {joints[k]} moves farther than commanded: {numbers}; "
                     "check that the driver takes rad/s, for one period"
                 )
-            return f"joint {joints[k]} moves against its command: {numbers}; check the sign"
+            return (
+                f"joint {joints[k]} moves against its command: {numbers}; "
+                "check the sign, and whether the arm or the hand touches something"
+            )
         self._turn_q = np.where(way > JUDGED, reading.q, self._turn_q)
         self._shift = np.where(way > JUDGED, 0.0, self._shift)
         return ""

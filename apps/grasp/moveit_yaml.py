@@ -36,7 +36,8 @@ def grasps_yaml(found: GraspedFrame) -> str:
     comments = [
         f"moveit_msgs/Grasp[] of {hand.name}, the most probable first. Quaternions: x, y, z, w.",
         "grasp_pose is the tool frame: z along the approach, x along the closing direction,",
-        f"origin midway between the fingertips, {hand.mount_distance:g} m from the mounting face.",
+        "origin midway between the closed fingertips, "
+        f"{hand.mount_distance:g} m from the mounting face.",
     ]
     comments += [
         f"max_contact_force is the largest closing force of {hand.name}, N.",
@@ -57,11 +58,12 @@ def grasp_message(grasp: Grasp, rank: int, found: GraspedFrame) -> dict[str, Any
     """Return a grasp as a message."""
     hand, frame_id = found.hand, found.scene.reference_frame
     place = grasp.T_scene_tcp.translation
+    pose = hand.closed_pose(grasp.T_scene_tcp, grasp.width)
     return {
         "id": f"grasp {rank}, object {grasp.object_label}",
         "pre_grasp_posture": _posture(hand, grasp.width, frame_id),
         "grasp_posture": _posture(hand, hand.min_opening, frame_id),
-        "grasp_pose": {"header": _header(frame_id), "pose": _pose(grasp.T_scene_tcp)},
+        "grasp_pose": {"header": _header(frame_id), "pose": _pose(pose)},
         "grasp_quality": _number(grasp.success),
         "pre_grasp_approach": _translation(place - grasp.pre_grasp.translation, frame_id),
         "post_grasp_retreat": _translation(grasp.retreat.translation - place, frame_id),

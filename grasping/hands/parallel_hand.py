@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.errors import InputError
 
@@ -232,6 +233,40 @@ class ParallelHand:
         """Return the middle between the pads, (3,), m, seen from that of the closed hand."""
         share = (opening - self.min_opening) / (self.stroke - self.min_opening)
         return max(share, 0.0) * np.array([*self.middle_shift, 0.0])
+
+    def closed_pose(self, T_scene_tcp: RigidTransform, width: float) -> RigidTransform:
+        """Return the tool frame of the closed hand, whose open pads are around a grasp.
+
+        An arm moves this frame. It differs from `Grasp.T_scene_tcp` if only one jaw moves.
+
+        Parameters
+        ----------
+        T_scene_tcp, width
+            Pose and width of a grasp, m.
+        """
+        return T_scene_tcp * RigidTransform.from_translation(-self.middle(width))
+
+    def link_pose(self, T_scene_tcp: RigidTransform, width: float) -> RigidTransform:
+        """Return the pose of the hand's link `tool.body` at a grasp.
+
+        Parameters
+        ----------
+        T_scene_tcp, width
+            Pose and width of a grasp, m.
+
+        Raises
+        ------
+        InputError
+            If the description does not say where the tool frame is in a link.
+        """
+        if self.tool is None:
+            raise InputError(
+                f"the description of {self.name} has no `tool`: add the body and the pose of the "
+                "tool frame in it, as `eyehand hand describe` does"
+            )
+        turn = Rotation.from_quat(self.tool.quat_wxyz, scalar_first=True)
+        T_link_tcp = RigidTransform.from_components(self.tool.position, turn)
+        return self.closed_pose(T_scene_tcp, width) * T_link_tcp.inv()
 
     def jaw_boxes(self, opening: float) -> NDArray[np.float64]:
         """Return low and high corners of both fingers' boxes at an opening, (2 n, 2, 3), m."""

@@ -49,7 +49,7 @@ PRINTED = {
     "from eyehand.grasping import load_hand": "% safe",
     "import json\n\nfrom eyehand.grasping": "% True\n",
     "import json\nfrom pathlib": "name='my gripper', stroke=0.06",
-    "from scipy.spatial.transform import RigidTransform, Rotation": "hand [[",
+    "from eyehand.grasping import (": "hand [[",
     "from eyehand.control": "reached",
     "from eyehand.perception import perceive\nfrom eyehand.perception.cameras": "6 objects",
     "import logging": "ended: clear",

@@ -8,7 +8,15 @@ import numpy as np
 import pytest
 
 from eyehand.errors import InputError
-from eyehand.grasping import Cell, JawReading, JoinedRobot, Tray, clear_table, load_hand
+from eyehand.grasping import (
+    Cell,
+    JawReading,
+    JoinedRobot,
+    PickOptions,
+    Tray,
+    clear_table,
+    load_hand,
+)
 from eyehand.grasping.robot_checks import check_start
 from eyehand.perception import CameraIntrinsics, DepthFrame
 
@@ -110,3 +118,15 @@ def test_frame_without_a_pose_ends_clearing():
     report = clear_table(Cell(robot, no_scene, TRAY))
 
     assert "frame without a pose: pass DepthFrame(depth, intrinsics, T_world" in report.stop_reason
+
+
+def test_tray_out_of_reach_is_refused():
+    tray = replace(TRAY, centre=np.array([430.0, -190.0, 6.0]))
+    with pytest.raises(InputError, match=r"is 47\d m from the base of the arm, which reaches 1"):
+        Cell(FakeRobot(), no_scene, tray)
+
+
+@pytest.mark.parametrize("option", [{"lift_height": 100.0}, {"speed": 5.0}, {"carry_speed": -1.0}])
+def test_pick_options_out_of_range_are_refused(option):
+    with pytest.raises(InputError, match=f"pick option {next(iter(option))} must be 0 to"):
+        PickOptions(**option)

@@ -141,7 +141,7 @@ def test_page_holds_the_list_of_grasps(page):
     text = page.read_text()
     assert text.lstrip().lower().startswith("<!doctype html")
     assert "<title>Grasps of depth.png: generic</title>" in text
-    assert "object 3, 67 mm wide, " in text
+    assert "object 3, 66 mm wide, " in text
 
 
 def test_page_works_in_a_browser(page, browser):
@@ -225,7 +225,11 @@ def test_empty_table_says_that_there_are_no_objects(tmp_path, capsys):
         ((SAMPLE, "--stroke", -5), "--stroke must be above 0 and below 1000 mm, got -5"),
         ((SAMPLE, "--stroke", "nan"), "--stroke must be above 0"),
         ((SAMPLE, "--stroke", 0.085), "got 0.085 mm. Is this in metres? Then write 85"),
-        ((SAMPLE, "--hand", "panda", "--depth-error", 30), "--depth-error must be 0 to 20 %"),
+        (
+            (SAMPLE, "--hand", "panda", "--depth-error", 30),
+            "--depth-error must be 0, or 0.05 to 20 %",
+        ),
+        ((SAMPLE, "--hand", "panda", "--depth-error", 0.005), "0.05 to 20 %, got 0.005"),
         ((SAMPLE, "--hand", "generic", "--finger-depth", 0), "--finger-depth must be above 0"),
         ((SAMPLE, "--hand", "panda", "--calibration-error", 99), "--calibration-error must be"),
         ((SAMPLE, "--hand", "panda", "--friction", -1), "friction must be from 0 to 3"),

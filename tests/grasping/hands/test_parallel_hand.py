@@ -8,11 +8,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.errors import InputError
 from eyehand.grasping.hands import ParallelHand, built_in_hands, generic_jaw, load_hand, write_hand
 from eyehand.grasping.hands.hand_files import FOLDER, read_hand
-from eyehand.grasping.hands.parallel_hand import SENSES
+from eyehand.grasping.hands.parallel_hand import SENSES, ToolPose
 
 ROBOTS = Path(__file__).resolve().parents[4] / "shared" / "robots"
 
@@ -172,3 +173,24 @@ def test_schema_has_the_fields_of_a_hand():
 def test_pad_and_depth_must_fit_the_fingers(change):
     with pytest.raises(InputError, match=f"{next(iter(change))} must be at most"):
         replace(load_hand("panda"), **change)
+
+
+def test_link_pose_puts_the_open_pads_around_the_object_if_one_jaw_moves():
+    half = np.sqrt(0.5)
+    tool = ToolPose("base", (0.0, 0.0, 0.1), (half, 0.0, 0.0, half))
+    hand = replace(generic_jaw(stroke=0.08), middle_shift=(0.04, 0.0), tool=tool)
+    T_scene_tcp = RigidTransform.from_translation([0.3, 0.1, 0.2])
+
+    link = hand.link_pose(T_scene_tcp, 0.06)
+
+    # The middle of the pads, 60 mm apart, in the link: the standing jaw touches the tool frame.
+    middle = RigidTransform.from_components(
+        tool.position, Rotation.from_euler("z", 90, degrees=True)
+    )
+    np.testing.assert_allclose((link * middle).apply([0.03, 0, 0]), [0.3, 0.1, 0.2], atol=1e-12)
+    np.testing.assert_allclose(hand.closed_pose(T_scene_tcp, 0.0).translation, [0.3, 0.1, 0.2])
+
+
+def test_link_pose_needs_the_tool_frame():
+    with pytest.raises(InputError, match="hande has no `tool`: add the body"):
+        load_hand("hande").link_pose(RigidTransform.identity(), 0.05)
