@@ -15,12 +15,13 @@ from ..frame import CameraIntrinsics, DepthFrame
 from .depth_units import MM_PER_M, metres_from_units
 from .input_file import naming
 from .intrinsics import CameraFile, intrinsics_from_matrix, read_camera_file
-from .misspelt_keys import refuse_misspelt_keys
+from .misspelt_keys import DISTORTION_KEYS, refuse_distortion, refuse_misspelt_keys
 from .npz import array_names, read_arrays
 from .pose_json import pose_from_matrix
 
 KEYS = ("depth", "depth_scale_m", "intrinsics", "K", "colour", "color", "rgb", "T_world_camera")
-"""Arrays of a frame archive. Other arrays are ignored, except misspelt or other poses."""
+"""Arrays of a frame archive. Others are ignored, except misspelt or other poses and a distorting
+lens."""
 
 SCALE_TOLERANCE = 1e-6
 """Maximum relative difference between two depth units that counts as rounding."""
@@ -38,7 +39,7 @@ def read_npz_frame(
     ------
     InputError
         If there is no depth, camera or unit, a value cannot be used, or `T_world_camera` is
-        misspelt.
+        misspelt, or the lens distorts.
     """
     arrays = read_arrays(path, KEYS)
     with naming(path):
@@ -50,7 +51,11 @@ def read_npz_frame(
                 f"depth is {depth.shape} {depth.dtype}, expected (H, W) float in metres or "
                 "integer with depth_scale_m"
             )
-        refuse_misspelt_keys(array_names(path), ("T_world_camera",))
+        names = array_names(path)
+        refuse_misspelt_keys(names, ("T_world_camera",))
+        lens = [name for name in names if DISTORTION_KEYS.fullmatch(name)]
+        found = read_arrays(path, lens) if lens else {}
+        refuse_distortion({k: v for k, v in found.items() if max(v.shape, default=1) == v.size})
     height, width = depth.shape
     if camera is None and not arrays.keys() & {"intrinsics", "K"}:
         camera = find_camera(path)

@@ -17,7 +17,7 @@ from eyehand.errors import InputError
 from ..frame import CameraIntrinsics
 from .atomic_write import atomic_write
 from .input_file import is_file, naming, read_bytes
-from .misspelt_keys import refuse_misspelt_keys
+from .misspelt_keys import refuse_distortion, refuse_misspelt_keys
 from .pose_json import number_from_json, numbers_from_json, pose_from_json, pose_to_json
 
 CAMERA_NAMES = ("camera.json", "intrinsics.json", "scene_camera.json")
@@ -33,8 +33,6 @@ CAMERA_FORMS = (
 """The accepted JSON forms, as error messages list them."""
 OPTIONAL_KEYS = ("depth_scale_mm", "T_world_camera", "colour", "color")
 """Optional keys of a camera file. A misspelt one must not count as missing."""
-DISTORTION_KEYS = ("distortion", "dist_coeffs", "distortion_coefficients", "D", "d")
-"""Names of other programs for a lens that is no pinhole."""
 
 
 @dataclass(frozen=True)
@@ -209,9 +207,7 @@ def _camera_from_json(content: dict[str, Any], width: int, height: int, stem: st
         raise InputError(f"has {keys}, expected {CAMERA_FORMS}")
     # BOP's depth_scale resembles depth_scale_mm, and is no error.
     refuse_misspelt_keys(content.keys() - {"depth_scale"}, OPTIONAL_KEYS)
-    for key in DISTORTION_KEYS:
-        if np.any(content.get(key)):
-            raise InputError(f"{key} must be zero, got {content[key]}: undistort the images first")
+    refuse_distortion(content)
     return CameraFile(
         intrinsics, _depth_scale_mm(content), _world_pose(content), _colour_name(content)
     )

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Mapping
 from difflib import get_close_matches
+from typing import Any
+
+import numpy as np
 
 from eyehand.errors import InputError
 
@@ -13,6 +16,10 @@ MIN_SIMILARITY = 0.8
 than `T_world_camera`, has 0.79."""
 
 
+DISTORTION_KEYS = re.compile(r"d|dist|distortion\w*|dist\w*coef\w*|coeffs?|[kp][1-6]", re.I)
+"""Names of other programs for the coefficients of a lens that is no pinhole."""
+UNIT_KEYS = re.compile(r"(png_)?depth_?(scale|unit|factor)\w*|scale|factor", re.I)
+"""Names of other programs for the unit of the depth, in mm, in m, or in units per m."""
 POSE_KEYS = ("pose", "camera_pose", "extrinsic", "extrinsics")
 """Names of other programs for a pose of unknown direction."""
 
@@ -60,3 +67,21 @@ def refuse_misspelt_keys(keys: Collection[str], optional: Iterable[str]) -> None
                 raise InputError(f"unknown key {key}: did you mean {near[0]}?")
             if near:
                 raise InputError(f"{key} must be given as its inverse {near[0]}")
+        if "depth_scale_mm" in missing and UNIT_KEYS.fullmatch(key):
+            raise InputError(f"unknown key {key}: did you mean depth_scale_mm, in mm per unit?")
+
+
+def refuse_distortion(values: Mapping[str, Any]) -> None:
+    """Raise an `InputError` if a file's content holds coefficients of a lens that are not zero."""
+    for key, value in values.items():
+        if DISTORTION_KEYS.fullmatch(key) and _has_number(value):
+            raise InputError(f"{key} must be zero, got {value}: undistort the images first")
+
+
+def _has_number(value: Any) -> bool:
+    """Return whether a JSON value or an array holds a number other than zero."""
+    if isinstance(value, dict):
+        value = list(value.values())
+    if isinstance(value, list):
+        return any(map(_has_number, value))
+    return not isinstance(value, str) and bool(np.any(value))

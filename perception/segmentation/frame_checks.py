@@ -33,6 +33,9 @@ SCALED_SIZES = ((0.5, 70.0, 180.0), (2.0, 0.0, 55.0))
 that they then have here, °. Depth cameras have 45 to 90°; a part of an image has less."""
 CENTRE_SHARE = 0.03
 """Maximum distance of the principal point of such an image from its middle, in image sizes."""
+EXCHANGED_SHIFT = 0.06
+"""Distance of the principal point from the middle, in image sizes, from which its coordinates are
+exchanged if it is in the middle with cx as cy. Real cameras have at most 0.02."""
 MAX_CENTRE_SHIFT = 0.23
 """Maximum distance of the principal point from the middle, in image sizes. Whole images of 19 real
 cameras have at most 0.02; half the intrinsics have 0.25. A crop may have more."""
@@ -181,19 +184,31 @@ def _camera_fault(camera: CameraIntrinsics) -> str:
     if max(camera.fx / camera.fy, camera.fy / camera.fx) > MAX_ASPECT:
         return f"the focal lengths fx = {camera.fx:g} px and fy = {camera.fy:g} px differ too much"
     for scale, least, most in SCALED_SIZES:
-        x, y = camera.cx / (scale * camera.width), camera.cy / (scale * camera.height)
-        if max(abs(x - 0.5), abs(y - 0.5)) < CENTRE_SHARE and least < angle < most:
+        near = _shift(camera.cx / scale, camera.cy / scale, camera) < CENTRE_SHARE
+        if near and least < angle < most:
             return (
                 f"fx = {camera.fx:g} px and the principal point ({camera.cx:g}, {camera.cy:g}) px "
                 f"belong to an image {scale:g} times as large, not to {size}"
             )
+    if (
+        _shift(camera.cx, camera.cy, camera) > EXCHANGED_SHIFT
+        and _shift(camera.cy, camera.cx, camera) < CENTRE_SHARE
+    ):
+        return (
+            f"the principal point ({camera.cx:g}, {camera.cy:g}) px is the middle of the image of "
+            f"{size} if cx and cy are exchanged"
+        )
     return ""
+
+
+def _shift(x: float, y: float, camera: CameraIntrinsics) -> float:
+    """Return the distance of a principal point (x, y), px, from the middle, in image sizes."""
+    return max(abs(x / camera.width - 0.5), abs(y / camera.height - 0.5))
 
 
 def _centre_fault(camera: CameraIntrinsics) -> str:
     """Return why the principal point is doubtful; empty if it is near the middle of the image."""
-    shift = max(abs(camera.cx / camera.width - 0.5), abs(camera.cy / camera.height - 0.5))
-    if shift <= MAX_CENTRE_SHIFT:
+    if _shift(camera.cx, camera.cy, camera) <= MAX_CENTRE_SHIFT:
         return ""
     return (
         f"the principal point ({camera.cx:g}, {camera.cy:g}) px is far from the middle of the "

@@ -135,6 +135,12 @@ def test_misspelt_pose_is_rejected_and_other_arrays_are_ignored(tmp_path: Path) 
     _read(tmp_path, depth=DEPTH, intrinsics=PINHOLE, pose=matrix, T_world_camera=matrix)
 
 
+def test_lens_that_distorts_is_rejected(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"dist must be zero, got .*: undistort the images"):
+        _read(tmp_path, depth=DEPTH, intrinsics=PINHOLE, dist=np.array([0.1, -0.2, 0, 0, 0]))
+    assert _read(tmp_path, depth=DEPTH, intrinsics=PINHOLE, dist=np.zeros(5), D=DEPTH + 1)
+
+
 def test_nan_is_no_reading_and_color_is_read(tmp_path: Path) -> None:
     colour = np.full((3, 4, 3), 7, dtype=np.uint8)
     holed = np.where(DEPTH > 0.6, DEPTH, np.nan)

@@ -62,6 +62,10 @@ def test_constant_image_is_warned_about(share, expected):
             {"fx": 1050.0, "fy": 1050.0, "cx": 639.5, "cy": 479.5},
             "belong to an image 2 times as large",
         ),
+        (
+            {"cx": 239.5, "cy": 319.5},
+            "(239.5, 319.5) px is the middle of the image of 640 x 480 px if",
+        ),
         ({"fx": 1050.0}, "fx = 1050 px and fy = 525 px differ too much"),
     ],
 )
