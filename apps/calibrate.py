@@ -42,6 +42,10 @@ if TYPE_CHECKING:
     from scipy.spatial.transform import RigidTransform
 
 
+GOOD = (0.3, 1.0, 0.1)
+"""Maximum residual, px, and median pose errors, mm and °, of a good calibration. A robot with
+errors
+of 0.5 mm and 0.06° along each axis gives 0.7 mm and 0.1°."""
 PRINTED_DPI = 300
 """Resolution of the printed board, dots per inch."""
 MM_PER_INCH = 25.4
@@ -134,6 +138,17 @@ def calibrate_command(
     assert found.camera is not None
     if found.warning:
         say(f"warning: {found.warning}")
+    shift, turn = np.nanmedian(found.pose_errors, axis=0) * (MM_PER_M, np.degrees(1.0))
+    figures = (found.pixel_error, float(shift), float(turn))
+    say(
+        f"residual {figures[0]:.2f} px, median pose error {shift:.2f} mm and {turn:.2f}°; good: "
+        f"at most {GOOD[0]:g} px, {GOOD[1]:g} mm and {GOOD[2]:g}°"
+    )
+    if any(value > good for value, good in zip(figures, GOOD, strict=True)):
+        say(
+            "warning: a figure is not good, and the pose may be wrong by several stated standard "
+            "deviations: check the focal length, the flatness of the board, and the robot poses"
+        )
     make_folder(out)
     write_text(out / "calibration.json", _report(found, camera_on))
     if camera_on == "world":

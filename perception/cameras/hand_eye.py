@@ -15,6 +15,7 @@ from scipy.spatial.transform import RigidTransform, Rotation
 from eyehand.errors import InputError
 
 from ..frame import CameraIntrinsics
+from .board_intrinsics import contradicted_intrinsics
 from .calibration_board import BoardView
 from .hand_eye_bundle import MIN_SIGMAS, Bundle, BundleResult
 
@@ -97,7 +98,7 @@ def calibrate_hand_eye(
     the robot.
 
     A second adjustment estimates the size of the board too. The result is false if it contradicts
-    the given size, or if the images do not fit the robot poses.
+    the given size, or if the images do not fit the robot poses or contradict the intrinsics.
 
     Parameters
     ----------
@@ -134,6 +135,8 @@ def calibrate_hand_eye(
             f"the wrist turns about one axis only (spread {np.rad2deg(spread):.1f}°, at least "
             f"{np.rad2deg(MIN_SPREAD):.0f}° needed): tilt it about a second axis by 20° or more",
         )
+    if reason := contradicted_intrinsics([views[i] for i in used], camera):
+        return _failed(count, reason)
     start, board = _start(wrist_poses, seen, options.camera_on)
     bundle = Bundle(
         views, RigidTransform.concatenate(list(wrist_poses)), camera, options.camera_on == "wrist"

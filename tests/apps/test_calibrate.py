@@ -70,7 +70,10 @@ def folder(tmp_path_factory) -> Path:
 
 def test_rendered_images_give_the_pose_within_its_stated_error(folder, tmp_path, capsys):
     assert run(folder / "poses.json", "--out", tmp_path / "out", "--json") == 0
-    report = json.loads(capsys.readouterr().out)
+    said = capsys.readouterr()
+    assert "good: at most 0.3 px, 1 mm and 0.1°" in said.err
+    assert "warning" not in said.err
+    report = json.loads(said.out)
     assert report["schema"] == "eyehand.calibrate/1"
     assert all(row["used"] for row in report["rows"])
     check_file(folder / "poses.json", "poses")
@@ -132,6 +135,17 @@ def test_poses_in_millimetres_are_refused_without_files(folder, tmp_path, capsys
         (tmp_path / name).write_bytes((folder / name).read_bytes())
     (tmp_path / "poses.json").write_text(json.dumps(poses))
     assert "in mm" in refusal(folder, tmp_path, capsys, tmp_path / "poses.json")
+
+
+def test_inaccurate_robot_is_warned_about(folder, tmp_path, capsys):
+    poses, rng = json.loads((folder / "poses.json").read_text()), np.random.default_rng(0)
+    for name, pose in poses.items():
+        pose["translation_m"] = (pose["translation_m"] + rng.normal(0.0, 2e-3, 3)).tolist()
+        (tmp_path / name).write_bytes((folder / name).read_bytes())
+    (tmp_path / "poses.json").write_text(json.dumps(poses))
+    words = ["--camera", folder / "camera.json", "--out", tmp_path / "out"]
+    assert run(tmp_path / "poses.json", *words) == 0
+    assert "warning: a figure is not good" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

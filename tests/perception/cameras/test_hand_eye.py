@@ -1,5 +1,7 @@
 """The pose of a camera is found from a board, with an error that is stated correctly."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import RigidTransform, Rotation
@@ -46,6 +48,18 @@ def test_fifteen_noisy_images_give_a_millimetre_and_a_tenth_of_a_degree(mount):
     trials = [noisy_trial(mount, seed) for seed in range(4)]
     assert np.median([shift for _, shift, _ in trials]) < 1e-3
     assert np.median([turn for _, _, turn in trials]) < np.deg2rad(0.1)
+
+
+@pytest.mark.parametrize("changed", [{"fx": 660.0, "fy": 660.0}, {"cx": 300.0}])
+def test_wrong_intrinsics_are_refused_with_those_of_the_images(changed):
+    scene, rng = board_scene("world", 12, 3), np.random.default_rng(0)
+    views = [
+        BoardView(view.pixels + rng.normal(0.0, 0.2, view.pixels.shape), view.points)
+        for view in exact_views(scene, BOARD)
+    ]
+    found = calibrate_hand_eye(views, scene.wrist, replace(CAMERA, **changed))
+    assert not found
+    assert "the images of the board show fx, fy, cx, cy = " in found.reason
 
 
 def test_stated_error_matches_the_true_one():
