@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -18,7 +18,7 @@ from .mesh_preparation import MeshPreparation, meshes_of
 from .obstacle_motion import ObstacleMotions
 from .options import CollisionOptions
 from .proximity import Proximity, proximity_of
-from .proximity_kernels import near_pairs
+from .proximity_kernels import near_pairs, pair_distance
 from .proximity_tables import ProximityTables, kernel_arguments, shape_row
 from .robot_model import RobotModel
 from .shapes import ConvexMesh, Obstacle, Shape, check_pose, checked_obstacles
@@ -84,8 +84,8 @@ class CollisionWorld:
     tables: ProximityTables
     """Tables for the distance kernels; replaced when an object is added, attached or removed."""
     ignored: tuple[tuple[str, str], ...]
-    """Names of pairs in the robot's file that are never checked, because they overlap in the home
-    posture, or are two parts of the robot nearer than ``self_margin`` there."""
+    """Names of pairs in the robot's file that are never checked. They overlap in the home posture,
+    or are two parts of the robot nearer than ``self_margin`` there, or always nearer than 10 mm."""
 
     @property
     def obstacles(self) -> tuple[Obstacle, ...]:
@@ -306,9 +306,17 @@ class CollisionWorld:
         """Return the pairs of the robot's file to check, and the names of those to ignore."""
         self._file_pairs = []
         self._update_tables()
-        # This call also computes the poses at home.
-        self.proximity(self.robot.home)
-        return sort_file_pairs(self.robot, self._file_geoms, self.options.self_margin, self.tables)
+        return sort_file_pairs(
+            self.robot, self._file_geoms, self.options.self_margin, self._distances
+        )
+
+    def _distances(
+        self, q: NDArray[np.float64], pairs: Sequence[tuple[int, int]]
+    ) -> NDArray[np.float64]:
+        """Return the distances (P,) of P pairs of geoms at joint positions q (n,), m, at most 1."""
+        # This call also computes the poses.
+        self.proximity(q)
+        return np.array([pair_distance(self.tables, a, b, 1.0) for a, b in pairs])
 
     def _update_tables(self) -> None:
         """List the pairs and their names again after an object was added or removed."""

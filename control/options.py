@@ -90,10 +90,10 @@ class CollisionOptions:
     cut_off: float = 0.15
     """Pairs farther apart than this are skipped, m. A larger one includes obstacles earlier, and
     costs about a microsecond per pair."""
-    self_margin: float = 0.01
+    self_margin: float = 0.005
     """Two parts of the robot nearer than this in the home posture are never checked for collision,
-    m. A larger one accepts coarser shapes, and misses more self-collisions. With a smaller one than
-    `ControlOptions.margin`, parts that are always near each other stop the arm."""
+    m. A larger one accepts coarser shapes, and misses more self-collisions. Parts that are nearer
+    than 10 mm in every posture are never checked either."""
 
     def __post_init__(self) -> None:
         if not 0.0 < self.cut_off < float("inf"):

@@ -78,6 +78,23 @@ def test_excluded_pairs_and_pairs_close_at_home_are_ignored() -> None:
     assert ("shell1", "hand[0]") in world.pair_names
 
 
+def test_near_parts_are_ignored_only_if_no_joint_moves_them_apart() -> None:
+    # The disc turns 8 mm above the plate. At home the lug is 8 mm beside the post.
+    wrist = """<mujoco><compiler angle="radian"/><worldbody>
+    <body name="one"><joint name="j1" axis="0 1 0" range="-2 2"/>
+    <geom name="plate" type="box" size=".1 .1 .01" pos="0 0 -.01"/>
+    <geom name="post" type="box" size=".01 .01 .05" pos=".038 0 .06"/>
+    <body name="two"><joint name="j2" axis="0 0 1" range="-3 3"/>
+    <inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/><body name="three">
+    <joint name="j3" axis="0 0 1" range="-3 3"/>
+    <geom name="disc" type="cylinder" size=".01 .01" pos="0 0 .018"/>
+    <geom name="lug" type="box" size=".01 .01 .01" pos=".01 0 .06"/><site name="tool"/>
+    </body></body></body></worldbody></mujoco>"""
+    world = CollisionWorld(RobotModel.load(wrist, "tool", home=[0.0, 0.0, 0.0]))
+    assert world.ignored == (("plate", "disc"),)
+    assert _distance(world, np.zeros(3), "post", "lug") == pytest.approx(0.008)
+
+
 def test_parts_that_overlap_environment_at_home_are_ignored() -> None:
     world = CollisionWorld(_robot(home=[0.0, 2.4, 0.3]))
     assert ("link3", "table") in world.ignored
