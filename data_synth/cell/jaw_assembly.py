@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from .jaw_mechanism import JawMechanism, add_armature, make_servo
+from .jaw_mechanism import JawMechanism, limit_armature, make_servo
 from .pad_friction import SLIDING_FRICTION, SPIN_FRICTION_M
 
 TOOL_FRAME = "eyehand_tool"
@@ -54,8 +54,8 @@ def prepare_jaws(
     root.add_site(name=TOOL_FRAME, pos=pose.translation, quat=quaternion)
     for motor, stiffness in zip(mechanism.motors, mechanism.stiffness, strict=True):
         make_servo(spec, prefix + motor, float(stiffness))
-    if len(mechanism.motors) > 1:
-        add_armature(spec, [prefix + name for name in mechanism.joints])
+    joints = [prefix + name for name in mechanism.joints]
+    limit_armature(spec, joints, least=float(len(mechanism.motors) > 1))
     for one, other in mechanism.overlaps:
         # Shapes of a linkage are rough. Its joints say how it moves.
         spec.add_exclude(bodyname1=prefix + one, bodyname2=prefix + other)

@@ -131,7 +131,8 @@ FLOATING = """<mujoco><worldbody><body name="float"><freejoint/><geom size=".01"
   <geom type="box" size=".005 .01 .005" pos=".005 0 .01"/>
   <body name="tip"><joint name="still" type="hinge" axis="0 1 0" range="-9 9"/>
     <geom type="box" size=".005 .01 .03" pos=".005 0 .02"/></body></body>
-<body name="b" pos="0 0 .02"><joint name="jb" type="slide" axis="-1 0 0" range="0 .03"/>
+<body name="b" pos="0 0 .02"><joint name="jb" type="slide" axis="-1 0 0" range="0 .03"
+  armature="900"/>
   <geom type="box" size=".005 .01 .025" pos="-.005 0 .025"/></body>
 </body></body></worldbody>
 <equality><joint joint1="still" joint2="ja" polycoef="0 0 0 0 0"/></equality>
@@ -151,8 +152,9 @@ def test_floating_gripper_with_rough_shapes_is_fixed_to_the_arm(tmp_path):
     assert robot.mechanism.overlaps == {("palm", "tip")}
     assert model.nexclude == 1
     # Without the inertia of a motor, such light jaws cannot be driven with their full force.
+    # With 900 kg they would hardly move.
     np.testing.assert_allclose(
-        [model.dof_armature[model.joint(f"hand_{j}").dofadr[0]] for j in ("ja", "jb")], 0.5
+        [model.dof_armature[model.joint(f"hand_{j}").dofadr[0]] for j in ("ja", "jb")], [0.5, 50.0]
     )
 
 
