@@ -65,6 +65,7 @@ def evaluate_grasp(
     noise: Annotated[list[Literal["none", "dex"]] | None, Repeated] = None,
     known_table: bool = False,
     learned_table: bool = False,
+    misplaced: tuple[float, float] = (0.0, 0.0),
     split: Literal["all", "development", "held-out"] = "all",
     density: float | None = None,
 ) -> int:
@@ -133,6 +134,9 @@ def evaluate_grasp(
         Correct scale and tilt of the protocol's image from the known height of the table.
     learned_table
         Scale the images of a round to the mean height of the table in them. It is not known.
+    misplaced
+        Error of the hand's place, mm, and of its orientation, degrees, in a random direction for
+        each grasp.
     split
         Objects of the folder: all, or one half by their names. Settings are chosen on the
         development half.
@@ -150,6 +154,7 @@ def evaluate_grasp(
                 hand=(robot or RobotChoice()).hand or "panda",
                 known_table=known_table,
                 learned_table=learned_table,
+                misplaced=misplaced,
                 split=split,
                 jobs=jobs,
             ),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
@@ -18,7 +19,7 @@ from eyehand.grasping import JawOptions, load_hand
 from ...bench.dials import DialSetting
 from ...bench.machine import core_count, machine_line
 from ...bench.shares import percent
-from ..clutter_round import ClutterTrial, clutter_objects, run_clutter_round
+from ..clutter_round import Changes, ClutterTrial, clutter_objects, run_clutter_round
 from .jobs import SceneJob
 from .local_runs import run_here
 from .protocol_settings import ProtocolSettings
@@ -120,6 +121,8 @@ def protocol_jobs(
         raise InputError("--known-table and --learned-table exclude each other: remove one of them")
     if settings.rounds < 1:
         raise InputError(f"--rounds must be >= 1, got {settings.rounds}")
+    if not all(0.0 <= error < math.inf for error in settings.misplaced):
+        raise InputError(f"--misplaced must be finite and >= 0, got {settings.misplaced}")
     load_hand(settings.hand)
     for family in settings.families:
         if family not in ("packed", "pile"):
@@ -140,6 +143,9 @@ def protocol_jobs(
                     hand=settings.hand,
                     split=settings.split,
                     depth_error=settings.depth_error,
+                    changes=Changes(
+                        1e-3 * settings.misplaced[0], math.radians(settings.misplaced[1])
+                    ),
                     planner=planner,
                 )
             ),
@@ -158,6 +164,8 @@ def _folder(objects: Path, family: str) -> Path:
 def _row_name(settings: ProtocolSettings, family: str, noise: str) -> str:
     words = [family, "dex noise" if noise == "dex" else "no noise"]
     words += ["table known"] * settings.known_table + ["table learned"] * settings.learned_table
+    if any(settings.misplaced):
+        words.append("misplaced by {:g} mm and {:g}°".format(*settings.misplaced))
     return ", ".join(words)
 
 
@@ -189,6 +197,8 @@ def _summary(
         "heavy_objects": dict(sorted(heavy.items())),
         "nothing_offered": sum(one["ended"].startswith("no grasp") for one in rounds),
         "causes": dict(causes.most_common()),
+        "causes_text": ", ".join(f"{name} {count}" for name, count in causes.most_common())
+        or "none",
         "calibration": _bins(attempts),
         "perceive_ms": _median([a["perceive_ms"] for a in attempts]),
         "plan_ms": _median([a["plan_ms"] for a in attempts]),

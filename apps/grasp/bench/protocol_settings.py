@@ -83,6 +83,8 @@ class ProtocolSettings:
     """Depth error that the planner expects; None for its default."""
     learned_table: bool = False
     """Whether the images of a round are scaled to the mean height of the table in them."""
+    misplaced: tuple[float, float] = (0.0, 0.0)
+    """Error of the hand's place, mm, and of its orientation, degrees, of each grasp."""
 
 
 def checked_objects(objects: Path | None) -> Path:

@@ -87,13 +87,13 @@ def calibration_table(bins: Sequence[Mapping[str, Any]]) -> Table:
 
 def failure_line(row: Mapping[str, Any]) -> str:
     """Return the failures of a row by their causes, for the report."""
-    causes = [f"{count} {cause}" for cause, count in row["causes"].items()]
+    causes = [row["causes_text"]]
     if row["nothing_offered"]:
         causes.append(f"{row['nothing_offered']} rounds ended without an offer")
     if row["heavy_objects"]:
         names = [f"{count} x {name}" for name, count in row["heavy_objects"].items()]
         causes.append(f"too heavy to hold: {', '.join(names)}")
-    return f"{row['name']}: failures: {'; '.join(causes) or 'none'}"
+    return f"{row['name']}: failures: {'; '.join(causes)}"
 
 
 def _cells(row: Mapping[str, Any]) -> list[str]:

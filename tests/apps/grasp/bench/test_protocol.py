@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import json
+import math
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from eyehand.apps.grasp.bench.chart import chart_grasp
 from eyehand.apps.grasp.bench.evaluate import evaluate_grasp
-from eyehand.apps.grasp.bench.protocol_settings import ProtocolChoice
+from eyehand.apps.grasp.bench.protocol import protocol_jobs
+from eyehand.apps.grasp.bench.protocol_settings import ProtocolChoice, ProtocolSettings
 from eyehand.apps.grasp.clutter_round import run_clutter_round
 from eyehand.apps.grasp.robot_choice import RobotChoice
 from eyehand.errors import InputError
@@ -42,6 +45,19 @@ def test_table_is_either_known_or_learned():
         )
 
 
+def test_misplaced_hand_is_a_setting_of_each_round():
+    if not SHARED.is_dir():
+        pytest.skip(f"no {SHARED}")
+    settings = ProtocolSettings(("pile",), ("dex",), 2, 7, SHARED, misplaced=(5.0, 2.0))
+    jobs = protocol_jobs(settings)
+    assert {job.row for job in jobs} == {"pile, dex noise, misplaced by 5 mm and 2°"}
+    changes = jobs[0].trial["changes"]
+    assert changes["calibration_error"] == pytest.approx(0.005)
+    assert changes["calibration_angle"] == pytest.approx(math.radians(2.0))
+    with pytest.raises(InputError, match="--misplaced must be finite"):
+        protocol_jobs(replace(settings, misplaced=(-5.0, 0.0)))
+
+
 def test_quick_run_prints_rows_beside_those_of_others(capsys):
     if not SHARED.is_dir():
         pytest.skip(f"no {SHARED}")
@@ -58,6 +74,7 @@ def test_quick_run_prints_rows_beside_those_of_others(capsys):
     report = json.loads(capsys.readouterr().out)
     own, *others = report["rows"]
     assert own["attempts"] >= 1
+    assert own["causes_text"]
     assert 0 <= own["success_ci_low_pct"] <= own["success_pct"] <= own["success_ci_high_pct"] <= 100
     assert all("outside" in row["measured_by"] for row in others)
     assert report["rounds"][0]["attempts"][0]["object"]
