@@ -37,7 +37,7 @@ MAX_NOISE_MM = 100.0
 
 def fit_command(
     *clouds: Annotated[Path, Parameter(json_list=False)],
-    label: tuple[int, ...] = (),
+    label: Annotated[tuple[int, ...], Parameter(consume_multiple=False)] = (),
     camera: Path | None = None,
     masks: Annotated[FrameMasks | None, Parameter(name="*", group="Masks")] = None,
     view_origin: tuple[float, float, float] | None = None,

@@ -43,9 +43,7 @@ def split_numbers(_hint: Any, tokens: Sequence[Any]) -> list[float]:
     return [float(word) for word in words]
 
 
-Numbers = Annotated[
-    list[float] | None, Parameter(consume_multiple=True, negative="", converter=split_numbers)
-]
+Numbers = Annotated[list[float] | None, Parameter(converter=split_numbers)]
 """Option of several numbers, quoted as one argument or not."""
 
 

@@ -47,10 +47,10 @@ def hand_describe(
     name: str | None = None,
     palm: str | None = None,
     tcp: str | None = None,
-    pinch: Annotated[list[str] | None, Parameter(consume_multiple=True, negative="")] = None,
+    pinch: list[str] | None = None,
     joint_range: Annotated[Numbers, Parameter(name="--range")] = None,
     force: Numbers = None,
-    package_dir: Annotated[list[Path] | None, Parameter(negative="")] = None,
+    package_dir: Annotated[list[Path] | None, Parameter(consume_multiple=False)] = None,
 ) -> int:
     """Describe the gripper of an MJCF or URDF file, alone or on an arm, for `eyehand grasp --hand`.
 

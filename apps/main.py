@@ -106,7 +106,7 @@ def _missing(module: str) -> str:
 def _run(arguments: list[str]) -> int:
     import logging
 
-    from cyclopts import App, CycloptsError
+    from cyclopts import App, CycloptsError, Parameter, UnusedCliTokensError
 
     from eyehand.errors import EyehandError
 
@@ -118,6 +118,7 @@ def _run(arguments: list[str]) -> int:
         help_format="plaintext",
         version=_version,
         config=check_arguments,
+        default_parameter=Parameter(consume_multiple=True, negative_iterable=()),
     )
     groups = {name: App(name=name, help=GROUPS[name]) for name in GROUPS}
     for group in groups.values():
@@ -131,9 +132,11 @@ def _run(arguments: list[str]) -> int:
     try:
         code = app(arguments, result_action="return_value", exit_on_error=False, print_error=False)
     except CycloptsError as error:
-        print(
-            f"eyehand: {_one_line(error)}; see eyehand {_command(arguments)}--help", file=sys.stderr
-        )
+        if isinstance(error, UnusedCliTokensError):
+            problem = f"unexpected arguments: {' '.join(error.unused_tokens or ())}"
+        else:
+            problem = _one_line(error)
+        print(f"eyehand: {problem}; see eyehand {_command(arguments)}--help", file=sys.stderr)
         return 2
     except EyehandError as error:
         print(f"eyehand: {_one_line(error)}", file=sys.stderr)

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Annotated, Any, Generic
+from typing import Any, Generic
 
 from cyclopts import Parameter
 from rich import box
@@ -30,7 +30,7 @@ CHART_FILES = ("stress.png", "stress.csv")
 class StressArguments:
     """The options that all stress commands share."""
 
-    only: Annotated[list[str] | None, Parameter(consume_multiple=True, negative="")] = None
+    only: list[str] | None = None
     """Names of the sweeps to run; default: all."""
     seeds: int | None = None
     """Trials at each value; default: segmentation 5, fit 20, motion 10, touch 8,

@@ -12,10 +12,9 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Annotated, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from cyclopts import Parameter
 from numpy.typing import NDArray
 
 from eyehand.errors import InputError
@@ -52,7 +51,7 @@ class KindOptions:
     """Coding of the labels in .npz files: plain (object numbers) or osd."""
     points: Path | None = None
     """Folder of frames annotated by points. The frames of each camera are a kind. Default: none."""
-    kinds: Annotated[tuple[str, ...], Parameter(consume_multiple=True, negative="")] = ()
+    kinds: tuple[str, ...] = ()
     """Kinds to keep. Default: all."""
     frames: int | None = None
     """Maximum number of frames per kind, spread evenly. Default: 6 synthetic, all real ones."""

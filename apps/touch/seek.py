@@ -5,9 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
-from typing import Annotated
-
-from cyclopts import Parameter
 
 from eyehand.errors import InputError
 
@@ -25,7 +22,7 @@ QUICK_SHAPES = ("box", "ridge", "prism")
 
 def experiment_seek(
     *,
-    only: Annotated[list[str] | None, Parameter(consume_multiple=True, negative="")] = None,
+    only: list[str] | None = None,
     seed: int = 0,
     sensor: SensorName = "good",
     quick: bool = False,

@@ -47,6 +47,19 @@ def test_whole_numbers_and_fractions_are_accepted_where_valid(capsys):
     assert "--scenes must be >= 1, got 0" in err
 
 
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("evaluate", "fit", "--groups", "table", "compound", "--cases", "0"), "cases must be"),
+        (("evaluate", "motion", "--only", "dynamic", "slow"), "unknown method 'dynamic'"),
+        (("fit", "--label", "1", "--label", "2", "gone.png"), "gone.png: no such file"),
+        (("evaluate", "fit", "table"), "unexpected arguments: table; see eyehand evaluate fit"),
+    ],
+)
+def test_an_option_takes_all_values_that_follow(capsys, arguments, words):
+    assert words in run(capsys, *arguments)[1]
+
+
 def path_options(command: str) -> list[str]:
     """List the options of a command that take a file or folder; "" is a positional argument."""
     module, name = COMMANDS[command][0].split(":")

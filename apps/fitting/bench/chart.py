@@ -6,10 +6,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Annotated, get_args
+from typing import get_args
 
 import numpy as np
-from cyclopts import Parameter
 
 from eyehand.apps.console import tracked
 from eyehand.apps.perceived_frame import load_kernels
@@ -66,7 +65,7 @@ def chart_fit(
     quick: bool = False,
     baselines: bool = True,
     baseline: list[str] | None = None,
-    meshes: Annotated[list[Path] | None, Parameter(consume_multiple=True)] = None,
+    meshes: list[Path] | None = None,
     store: bool = False,
     out: Path = Path("out/chart_fit"),
     json: bool = False,

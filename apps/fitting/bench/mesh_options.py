@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Literal
-
-from cyclopts import Parameter
+from typing import Literal
 
 from eyehand.errors import InputError
 
@@ -20,12 +18,10 @@ HalfName = Literal["settings", "report", "all"]
 class MeshData:
     """Views of household meshes to evaluate the fit on."""
 
-    meshes: Annotated[tuple[Path, ...], Parameter(consume_multiple=True)] = ()
+    meshes: tuple[Path, ...] = ()
     """Folders of OBJ, STL or PLY meshes in m. With them the fit is evaluated on views of the
     meshes on a table, in place of the clouds."""
-    views: Annotated[tuple[str, ...], Parameter(consume_multiple=True)] = tuple(
-        f"{value:g}" for value in ELEVATIONS
-    )
+    views: tuple[str, ...] = tuple(f"{value:g}" for value in ELEVATIONS)
     """Elevations of the camera, degrees, or "face" for a view along the normal of the largest
     face."""
     noise: NoiseName = "1mm"
@@ -34,7 +30,7 @@ class MeshData:
     """Maximum number of resting poses per mesh; the first is the one nearest to the file's."""
     neighbours: bool = False
     """Set three other meshes beside each one, and perceive the scene without any knowledge."""
-    hidden: Annotated[tuple[float, ...], Parameter(consume_multiple=True)] = ()
+    hidden: tuple[float, ...] = ()
     """Shares of the rows or columns of an object, %, that something nearer hides from one side. The
     views take them in turn."""
     half: HalfName = "all"

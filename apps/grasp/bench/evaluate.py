@@ -34,18 +34,16 @@ OUT = Path("out/evaluate_grasp")
 """Parent of the default output folders."""
 REPORT_FILE, CHART_FILE = "report.html", "evaluate.png"
 
-Repeated = Parameter(consume_multiple=True, negative="")
-
 
 def evaluate_grasp(
     *,
     scenes: int = 20,
     seed: int = 0,
-    family: Annotated[list[Family] | None, Repeated] = None,
-    friction: Annotated[list[float] | None, Repeated] = None,
-    shake: Annotated[list[float] | None, Repeated] = None,
-    load_step: Annotated[list[float] | None, Repeated] = None,
-    sensor: Annotated[list[str] | None, Repeated] = None,
+    family: list[Family] | None = None,
+    friction: list[float] | None = None,
+    shake: list[float] | None = None,
+    load_step: list[float] | None = None,
+    sensor: list[str] | None = None,
     known: bool = True,
     camera: bool = True,
     count: int = 5,
@@ -62,7 +60,7 @@ def evaluate_grasp(
     json: bool = False,
     protocol: Literal["own", "clutter-removal"] = "own",
     rounds: int = 20,
-    noise: Annotated[list[Literal["none", "dex"]] | None, Repeated] = None,
+    noise: list[Literal["none", "dex"]] | None = None,
     known_table: bool = False,
     learned_table: bool = False,
     misplaced: tuple[float, float] = (0.0, 0.0),
