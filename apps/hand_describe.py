@@ -70,8 +70,8 @@ def hand_describe(
     palm
         Body on which the jaws move, where the file has several grippers.
     tcp
-        Site or body at the fingertips, or an axis of the palm's body (+x, -x, +y, …), where the
-        direction of the fingers is in doubt.
+        Site or body at the fingertips, or an axis of the palm's body (+x, +y, …; --tcp=-x for a
+        negative one), where the direction of the fingers is in doubt.
     pinch
         Two bodies of fingers that are used as jaws. Default for a hand of several fingers: the
         thumb and the finger with the largest stroke.

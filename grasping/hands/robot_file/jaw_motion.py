@@ -263,7 +263,8 @@ def _fixed_face(motion: JawMotion) -> float:
         cause = (
             f"no motor, equality or mimic moves {unmoved}"
             if unmoved
-            else "as with the last link of an arm whose gripper is in another file"
+            else "as with the last link of an arm whose gripper is in another file, or jaws that "
+            "do not move equally far (mimic multiplier)"
         )
         raise InputError(f"no gripper is found: nothing opposes the jaw {jaw!r}, {cause}")
     return float(points[:, 0].max())

@@ -57,6 +57,12 @@ def motion_remarks(motion: JawMotion, shift: NDArray[np.float64]) -> list[str]:
             f"the closed pads are {1e3 * apart:.0f} mm apart, but {1e3 * gap:.0f} mm along x: "
             "they may pass beside each other, or the file is wrong; look at the picture"
         )
+    tips = [motion.of_links(pad)[:, :, 2].max() for pad in motion.pads]
+    if (unequal := float(np.ptp(tips))) > REPORTED_LENGTH:
+        remarks.append(
+            f"one jaw is {1e3 * unequal:.0f} mm longer than the other: nothing opposes this end, "
+            "and grasps hold there; use jaws of equal length"
+        )
     if np.hypot(*shift) > REPORTED_LENGTH:
         remarks.append(
             f"the middle between the pads moves by {1e3 * shift[0]:.0f} mm along x and "

@@ -21,6 +21,8 @@ SNAP_ONE_JAW = np.cos(np.deg2rad(35.0))
 """The same where one jaw moves on an arc against a fixed one."""
 MIN_MOTION = 2e-3
 """Minimum motion of a jaw, m."""
+MAX_LINK = 1.0
+"""Maximum size of a part of a jaw, m. Those of grippers have up to 0.3."""
 NEAR_CLOSED = -6
 """Posture from which on the motion of the jaws defines the closing axis."""
 JAW_SHARE = 0.5
@@ -72,6 +74,13 @@ class HandShapes:
                 f"no gripper is found: {', '.join(links.name(branch[0]) for branch in branches)} "
                 "have no shapes: no geom, collision or visual"
             )
+        for link, geoms in self.link_geoms.items():
+            points = np.concatenate([self._local[g] for g in geoms] or [np.zeros((1, 3, 3))])
+            if (size := float(np.ptp(points.reshape(-1, 3), axis=0).max())) > MAX_LINK:
+                raise InputError(
+                    f"{links.name(link)} is {size:.3g} m long, at most {MAX_LINK:g} m expected: "
+                    'write scale="0.001 0.001 0.001" at meshes in mm'
+                )
 
     def pose(self, posture: NDArray[np.float64]) -> None:
         """Move the gripper to a posture (nq,)."""

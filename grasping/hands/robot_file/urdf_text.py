@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,6 +25,11 @@ COMPILER = {
     "balanceinertia": "true",
 }
 """Options of MuJoCo's compiler. Shapes for display stay, because a link can have no others."""
+
+MAX_TURN, FULL_TURN = 12.6, 720.0
+"""Limits of a hinge in this range are in degrees, not in rad: robots turn by two turns at most, and
+limits above 720 mean that there is none."""
+_NUMBER = re.compile(r"[+-]?[0-9.]+(e[+-]?[0-9]+)?", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
@@ -48,9 +54,21 @@ def prepared_urdf(
     InputError
         If a mesh is missing, the links form a loop, or the file is a xacro.
     """
-    if any("xacro" in str(element.tag) for element in root.iter()):
+    if any(
+        "xacro" in str(element.tag) or "${" in "".join(element.attrib.values())
+        for element in root.iter()
+    ):
         raise InputError(f"{path} is a xacro file; expand it first: xacro {path.name} > robot.urdf")
     _check_tree(path, root)
+    for joint in root.findall("joint[@type='revolute']"):
+        for limit in joint.iter("limit"):
+            # MuJoCo names the place of what is no number.
+            turns = [v for v in map(limit.get, ("lower", "upper")) if v and _NUMBER.fullmatch(v)]
+            if any(MAX_TURN < abs(float(turn)) <= FULL_TURN for turn in turns):
+                raise InputError(
+                    f"{path}: joint {joint.get('name')!r} turns from {turns[0]} to {turns[-1]} "
+                    "rad: write the limits of revolute joints in rad, not in degrees"
+                )
     folders = [Path(folder) for folder in package_dirs]
     listed = os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep)
     folders += [Path(folder) for folder in listed if folder]

@@ -16,6 +16,7 @@ from gripper_files import (
     ONE_JAW,
     SHORT_OF_CLOSING,
     SWAPPED,
+    box,
     mesh_package,
     mimic_linkage,
     parallelogram,
@@ -63,6 +64,15 @@ def test_rack_and_pinion_with_a_mimic_joint(tmp_path):
     names = {joint.name: (joint.open, joint.closed) for joint in hand.joints}
     assert names == {"rack_joint": (0.045, 0.0), "follow_joint": (0.045, 0.0)}
     assert hand.middle_shift == (0.0, 0.0)
+
+
+def test_jaws_of_unequal_length_are_reported(tmp_path):
+    text = rack_and_pinion()
+    k = text.index('<link name="right">')
+    longer = text[k:].replace("-0.006 0 0.03", "-0.006 0 0.02").replace("0.02 0.06", "0.02 0.04")
+    path = tmp_path / "hand.urdf"
+    path.write_text(text[:k] + longer)
+    assert any("one jaw is 20 mm longer" in remark for remark in describe_hand(path).remarks)
 
 
 def test_two_motors_small_pads_and_a_camera(tmp_path):
@@ -349,6 +359,12 @@ BAD = {
     "negative": (rack_and_pinion(base='<box size="-1 1 1"/>'), "MuJoCo cannot read it"),
     "mesh": (rack_and_pinion(base='<mesh filename="a.stl"/>'), "the mesh a.stl of link 'base' is"),
     "xacro": ('<robot xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:a/></robot>', "xacro"),
+    "xacro value": (rack_and_pinion().replace('upper="0.045"', 'upper="${stroke/2}"'), "xacro"),
+    "degrees": (
+        rack_and_pinion().replace('prismatic"', 'revolute"').replace('"0.045"', '"40"'),
+        "joint 'rack_joint' turns from 0 to 40 rad: write the limits",
+    ),
+    "finger in mm": (rack_and_pinion(shape=box("12 20 60")), "left is 60 m long, at most 1 m"),
     "no range": (INDEPENDENT.replace('range="0 .03"', ""), "--range is needed: joint 'ja'"),
     "two parents": (
         rack_and_pinion().replace('<child link="right"/>', '<child link="left"/>'),
