@@ -94,8 +94,12 @@ class FrameMasks:
             depth = mask_robot(depth, _read_mask(self.mask, depth.shape))
         if self.robot is not None:
             without = mask_volumes(frame, self._robot_volumes(frame))
-            if np.array_equal(without, frame.depth):
-                say("warning: no reading lies on the robot: check --q and the poses")
+            share = 100 * np.count_nonzero(without != frame.depth) / max(np.sum(frame.depth > 0), 1)
+            say(
+                f"the robot masks {share:.1f} % of the readings"
+                if share
+                else "warning: no reading lies on the robot: check --q and the poses"
+            )
             depth = np.where(without > 0, depth, 0)
         if self.region is not None:
             depth = np.where(_inside(frame, self.region), depth, 0)

@@ -58,6 +58,7 @@ def touch_view(
         raise InputError(f"seconds must be > 0, got {seconds}")
     if out is not None and out.resolve() == Path(source).resolve():
         raise InputError(f"cannot record {source} to itself")
+    say("starting; the first run compiles numerical kernels (once, one to two minutes) ...")
     with ExitStack() as stack:
         sensor, known = open_source(source, seed)
         stack.callback(sensor.close)

@@ -13,8 +13,9 @@ from eyehand.errors import InputError
 
 MIN_SQUARES, MAX_SQUARES = 3, 50
 """Squares along one side of a board."""
-MAX_SQUARE = 1.0
-"""Maximum side of a square, m. A larger number is probably in mm."""
+MIN_SQUARE, MAX_SQUARE = 1e-3, 1.0
+"""Range of the side of a square, m. A larger number is probably in mm. A smaller one was probably
+in m where mm are expected."""
 MIN_CORNERS = 6
 """Minimum number of corners in an image. Fewer leave the pose of the board poorly determined."""
 SUBPIXEL_WINDOW = (5, 5)
@@ -150,8 +151,11 @@ def _check_size(columns: int, rows: int, square: float) -> None:
             f"a board must have {MIN_SQUARES} to {MAX_SQUARES} squares along each side, "
             f"got {columns} x {rows}"
         )
-    if not 0.0 < square <= MAX_SQUARE:
-        raise InputError(f"the square must be above 0 and at most {MAX_SQUARE} m, got {square} m")
+    if not MIN_SQUARE <= square <= MAX_SQUARE:
+        raise InputError(
+            f"the square must be {MIN_SQUARE} to {MAX_SQUARE} m, got {square:g} m: --square is in "
+            "mm, Python's boards in m"
+        )
 
 
 def _opencv_board(board: CalibrationBoard) -> Any:

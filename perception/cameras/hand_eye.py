@@ -32,6 +32,9 @@ MAX_PIXEL_ERROR = 1.0
 MAX_POSE_ERROR = (5e-3, np.deg2rad(0.5))
 """Maximum median correction of the robot poses, m and rad. A robot with errors of 0.5 mm and 0.06°
 along each axis gives 0.7 mm and 0.1°."""
+FITTING_TURN = np.deg2rad(0.1)
+"""Median correction of the orientations below which they are right, and only positions are wrong,
+rad."""
 MAX_POSITION = 10.0
 """Maximum distance of the wrist from the world's origin, m. A larger number is probably in mm."""
 MAX_SCALE_ERROR = 0.02
@@ -227,12 +230,17 @@ def _fits(solved: BundleResult) -> bool:
 
 def _misfit(solved: BundleResult) -> str:
     shift, turn = np.median(solved.corrections, axis=0)
+    hint = (
+        "the order of the quaternion (w, x, y, z), the direction of the poses (wrist in the "
+        "world), --camera-on, and the sizes of the board"
+    )
+    if solved.sigmas[0] <= MAX_PIXEL_ERROR and turn < FITTING_TURN:
+        hint = "the positions of the robot and the time of the images: the orientations fit"
     return (
         f"the images do not fit the robot poses: residual {solved.sigmas[0]:.2f} px, median pose "
         f"error {1e3 * shift:.1f} mm and {np.rad2deg(turn):.2f}°, at most {MAX_PIXEL_ERROR:g} px, "
-        f"{1e3 * MAX_POSE_ERROR[0]:g} mm and {np.rad2deg(MAX_POSE_ERROR[1]):g}° expected. Check "
-        "the order of the quaternion (w, x, y, z), the direction of the poses (wrist in the "
-        "world), --camera-on, and the sizes of the board"
+        f"{1e3 * MAX_POSE_ERROR[0]:g} mm and {np.rad2deg(MAX_POSE_ERROR[1]):g}° expected. "
+        f"Check {hint}"
     )
 
 

@@ -127,7 +127,9 @@ def test_perceive_masks_the_robot(tmp_path: Path, capsys: pytest.CaptureFixture[
             ]
         )
     assert exit_info.value.code == 0
-    assert "finger_joint1, finger_joint2 stay at the home posture" in capsys.readouterr().err
+    said = capsys.readouterr().err
+    assert "finger_joint1, finger_joint2 stay at the home posture" in said
+    assert "% of the readings" in said
     labels = cv2.imread(str(tmp_path / "labels.png"), cv2.IMREAD_UNCHANGED)
     assert labels is not None
     assert labels.max() == len(OBJECTS)

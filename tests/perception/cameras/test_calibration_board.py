@@ -53,7 +53,8 @@ def test_image_without_board_is_a_false_view(board):
     ("build", "message"),
     [
         (lambda: checkerboard(7, 5, 0.03), "half turn"),
-        (lambda: checkerboard(7, 6, 30.0), "at most 1.0 m, got 30.0 m"),
+        (lambda: checkerboard(7, 6, 30.0), "0.001 to 1.0 m, got 30 m"),
+        (lambda: checkerboard(7, 6, 3e-5), "0.001 to 1.0 m, got 3e-05 m: --square is in mm"),
         (lambda: checkerboard(2, 6, 0.03), "3 to 50 squares"),
         (lambda: charuco_board(7, 5, 0.03, 0.04), "smaller than the square"),
         (lambda: charuco_board(7, 5, 0.03, 0.02, "9X9"), "unknown dictionary '9X9'"),

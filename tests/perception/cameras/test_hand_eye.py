@@ -62,6 +62,15 @@ def test_wrong_intrinsics_are_refused_with_those_of_the_images(changed):
     assert "the images of the board show fx, fy, cx, cy = " in found.reason
 
 
+def test_inaccurate_positions_are_not_blamed_on_orientations():
+    scene, rng = board_scene("world", 8, 3), np.random.default_rng(0)
+    poses = [moved(pose, rng, 8e-3, 1e-5) for pose in scene.wrist]
+    found = calibrate_hand_eye(exact_views(scene, BOARD), poses, CAMERA)
+    assert not found
+    assert "Check the positions of the robot" in found.reason
+    assert "quaternion" not in found.reason
+
+
 def test_stated_error_matches_the_true_one():
     trials = [noisy_trial("world", seed, shift=0.5e-3, turn=1e-3) for seed in range(6)]
     ratios = np.array([(shift / found.position_error) for found, shift, _ in trials])
