@@ -1,4 +1,4 @@
-"""Remove the dividers of containers: upright sheets from one wall to the opposite one."""
+"""Remove upright sheets from containers: dividers, round corners, walls higher than the rim."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from .label_pixels import count_labels, renumber_labels
 from .measure_container import FoundContainer
+from .remove_walls import OUTER_MARGIN, WALL_BAND
 from .working_image import WorkingImage
 
 MAX_END_GAP = 0.015
@@ -32,10 +33,12 @@ SAMPLES = 1200
 def remove_dividers(
     labels: NDArray[np.int32], image: WorkingImage, found: list[FoundContainer]
 ) -> NDArray[np.int32]:
-    """Drop the regions that are dividers, and number the others in their order.
+    """Drop the regions that are dividers, corners or walls, and number the others in their order.
 
     A divider is straight, parallel to two walls of its container, and ends at the other two. Its
     upper edge has one height. The walls between two containers side by side look the same.
+    Round corners end at two walls beside each other, at the rim. Walls of unequal height lie in the
+    plane of a wall above its measured rim.
 
     Parameters
     ----------
@@ -63,16 +66,27 @@ def remove_dividers(
 
 
 def _divides(points: NDArray[np.float64], found: FoundContainer) -> bool:
-    """Return whether readings (N, 3) are a divider of a container with four walls."""
+    """Return whether readings (N, 3) are a divider, a corner or a wall of a container."""
     sides, rim = found.sides, found.container.rim
     if len(sides) != 4 or len(points) < PLACES:
         return False
     heights = found.container.floor.height(points)
-    if np.quantile(heights, 0.98) > rim + MAX_OVER_RIM:
-        return False
     plan = points @ found.support.axes.T
-    # Distances inside the inner edges of the rim, for each pair of opposite walls.
+    # Distances inside the inner edges of the rim, for each wall.
     gaps = sides[:, 2] - plan @ sides[:, :2].T + sides[:, 4] * (heights[:, None] - rim)
+    low, high = np.quantile(gaps, [0.1, 0.9], axis=0)
+    if ((low > -OUTER_MARGIN) & (high < WALL_BAND) & (sides[:, 3] > 0)).any():
+        return True
+    over = np.quantile(heights, 0.98) - rim
+    if over > MAX_OVER_RIM:
+        return False
+    nearest = np.quantile(gaps, 0.02, axis=0)
+    for axis, gap in enumerate(gaps.T):
+        after = (axis + 1) % 4
+        across = np.quantile(gap + gaps[:, after], [0.1, 0.9]) / np.sqrt(2)
+        ends = np.abs(nearest[[axis, after]]) <= MAX_END_GAP
+        if ends.all() and over > -LEVEL and across[1] - across[0] <= MAX_WIDTH:
+            return True
     for axis in (0, 1):
         ends = np.sort(gaps[:, [axis, axis + 2]], axis=0)[round(0.02 * (len(plan) - 1))]
         if (np.abs(ends) <= MAX_END_GAP).all() and _is_sheet(

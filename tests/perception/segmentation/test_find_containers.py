@@ -172,3 +172,22 @@ def test_sheet_from_wall_to_wall_is_a_divider(length, count):
     found = segment(frame)
     assert len(found.containers) == 1
     assert found.count == count
+
+
+def test_round_corners_and_walls_above_the_rim_are_no_objects():
+    tub = Tub(yaw=0.0)
+    x, y = tub.length / 2, tub.width / 2
+    corners = [
+        Block((sx * (x - 0.02), sy * (y - 0.02), 0.05), (0.055, 0.004, 0.1), -sx * sy * np.pi / 4)
+        for sx in (-1, 1)
+        for sy in (-1, 1)
+    ]
+    back = Block((0.0, y + 0.005, 0.13), (tub.length, 0.01, 0.06))
+    thing = Block((0.0, 0.0, 0.02), (0.06, 0.04, 0.04))
+    leaning = Block((-0.05, y - 0.02, 0.03), (0.08, 0.035, 0.06))
+    for parts in (corners, [back]):
+        frame, labels, _ = tub_frame(tub, [thing, leaning, *parts])
+        found = segment(frame)
+        assert len(found.containers) == 1
+        assert found.count == 2
+        assert min(overlap(found, np.where(labels <= 2, labels, 0))) > 0.8
