@@ -23,7 +23,8 @@ Phase = Literal["move", "hold", "task", "search", "back_off", "ended"]
 SensorFault = Literal["sensor_stopped", "sensor_repeats", "tactels_lost", "sensor_fault"]
 """A fault of the tactile sensor.
 
-- sensor_stopped: no image arrives any more.
+- sensor_stopped: no image arrives any more, or less than a fifth of the stated rate by the
+  sensor's clock.
 - sensor_repeats: the same image arrives again and again.
 - tactels_lost: too few tactels are neither dead nor saturated, a row has died since the
   calibration, or tactels are stuck at full scale.

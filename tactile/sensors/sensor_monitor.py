@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections import deque
+from statistics import median
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -12,6 +15,8 @@ from .protocol import SensorInfo, TactileFrame
 STOP_SECONDS, STOP_IMAGES = 0.04, 5
 """Time without an image after which a sensor has stopped, s and in its periods; the longer one
 counts. A pad that approaches at 10 mm/s moves 0.4 mm meanwhile."""
+STEPS = 20
+"""Number of images whose median interval by the sensor's clock is checked. A single gap is none."""
 REPEATS = 5
 """Successive equal images after which a sensor repeats old ones. With noise of half a count in 16
 tactels, two images are equal once in 10^4."""
@@ -53,6 +58,8 @@ class SensorMonitor:
         self._noisy = float(np.median(calibration.noise)) >= MIN_REPEAT_NOISE
         self._stop_seconds = max(STOP_SECONDS, STOP_IMAGES / info.rate)
         self._silence = 0.0
+        self._period = 1.0 / info.rate
+        self._steps: deque[float] = deque(maxlen=STEPS)
         self._repeats = 0
         self._time = -np.inf
         self._last: NDArray[np.uint16] | None = None
@@ -76,10 +83,16 @@ class SensorMonitor:
         same = self._last is not None and np.array_equal(frame.raw, self._last)
         old = frame.time <= self._time or (same and self._noisy)
         self._repeats = self._repeats + 1 if old else 0
+        self._steps.append(frame.time - self._time)
         self._last, self._time = frame.raw.copy(), frame.time
         if self._lost(frame.raw) or self.trusted < MIN_TRUSTED:
             return "tactels_lost" if self._repeats < REPEATS else "sensor_repeats"
-        return "sensor_repeats" if self._repeats >= REPEATS else None
+        if self._repeats >= REPEATS:
+            return "sensor_repeats"
+        slow = len(self._steps) == STEPS and median(self._steps) > STOP_IMAGES * max(
+            self._period, dt
+        )
+        return "sensor_stopped" if slow else None
 
     def _lost(self, raw: NDArray[np.uint16]) -> bool:
         """Count the images in which each tactel was dead or stuck; return if too many are.

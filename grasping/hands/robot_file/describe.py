@@ -158,6 +158,11 @@ def _described(
     postures = jaw_postures(motion, origin)
     palm = _hand_boxes(palm_boxes(motion, origin))
     depth = _depth(motion, pad_low, pad_high, palm)
+    if depth <= 0.0:
+        raise InputError(
+            f"the fingers end {-1e3 * depth:.0f} mm behind the palm along the approach: --tcp must "
+            "name a point at the fingertips, or the axis along them"
+        )
     hand = ParallelHand(
         name=choices.name or re.sub(r"[^\w-]+", "_", path.stem) or "hand",
         stroke=_rounded(gaps[0]),

@@ -224,6 +224,9 @@ def test_direction_in_doubt_is_asked_for(tmp_path):
         assert hand.tool.position == pytest.approx((0, 0, -0.05))
     with pytest.raises(InputError, match=r"--tcp nowhere: .* it has bar, one, two"):
         described(tmp_path, BOTH_WAYS.format(site=""), tcp="nowhere")
+    beside = rack_and_pinion().replace("0 0 0.04", "0 0 -0.04").replace("0 0 0.08", "0 0 0")
+    with pytest.raises(InputError, match=r"behind the palm .*: --tcp must name a point at the fin"):
+        described(tmp_path, beside, tcp="left")
 
 
 def test_two_grippers_are_asked_for_by_body(tmp_path):

@@ -206,6 +206,10 @@ def test_zeroing_refuses_times_that_do_not_fit_the_rate(unit, rate):
     sensor.read = lambda timeout=1.0: (f := read()) and TactileFrame(unit * f.time, f.raw)
     with pytest.raises(InputError, match=r"pad took .* s by its own clock for 50 images"):
         ContactSensor(sensor, CALIBRATION).zero()
+    contact = ContactSensor(sensor, CALIBRATION)
+    faults = [contact.read(DT).fault for _ in range(25)]
+    assert faults[0] is None
+    assert faults[-1] == ("sensor_stopped" if unit > 1 else None)
 
 
 def test_zeroing_a_silent_sensor_is_a_device_error():
