@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,6 +14,11 @@ from .mujoco_binding import Model, mujoco
 from .robot_model import RobotModel
 
 _NO_DISTANCE = (int(mujoco.mjtGeom.mjGEOM_HFIELD), int(mujoco.mjtGeom.mjGEOM_SDF))
+STEADY_M = 0.01
+"""Two parts of the robot nearer than this in every posture are never checked, m. With the usual
+margin of the controller, 10 mm, they would stop the arm, although no joint moves them apart."""
+POSTURES = 16
+"""Number of random postures in which such parts are measured."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,6 +66,30 @@ def find_collision_geoms(robot: RobotModel) -> CollisionGeoms:
         names,
         moves,
     )
+
+
+def sort_pairs(
+    robot: RobotModel,
+    geoms: CollisionGeoms,
+    self_margin: float,
+    distances: Callable[[NDArray[np.float64], list[tuple[int, int]]], NDArray[np.float64]],
+) -> tuple[list[tuple[int, int]], tuple[tuple[str, str], ...]]:
+    """Return the pairs of the file to check, and the names of those to ignore.
+
+    ``distances`` returns the distances (P,), m, of P pairs at joint positions (n,).
+    """
+    pairs = candidate_pairs(robot, geoms)
+    own = np.array([b in geoms.robot for _, b in pairs], dtype=bool)
+    farthest = distances(robot.home, pairs)
+    ignore = farthest < np.where(own, self_margin, 0.0)
+    low, high = np.clip((robot.lower, robot.upper), robot.home - np.pi, robot.home + np.pi)
+    for q in np.random.default_rng(0).uniform(low, high, (POSTURES, robot.n)):
+        near = np.flatnonzero(own & ~ignore & (farthest < STEADY_M))
+        farthest[near] = np.maximum(farthest[near], distances(q, [pairs[k] for k in near]))
+    ignore |= own & (farthest < STEADY_M)
+    named = [(geoms.names[a], geoms.names[b]) for a, b in pairs]
+    ignored = tuple(named[k] for k in np.flatnonzero(ignore))
+    return [pairs[k] for k in np.flatnonzero(~ignore)], ignored
 
 
 def candidate_pairs(robot: RobotModel, geoms: CollisionGeoms) -> list[tuple[int, int]]:

@@ -12,7 +12,7 @@ from scipy.spatial.transform import RigidTransform
 from eyehand.errors import InputError
 
 from .array_checks import checked_array
-from .collision_pairs import find_collision_geoms
+from .collision_pairs import find_collision_geoms, sort_pairs
 from .held_object import HeldObject
 from .mesh_preparation import MeshPreparation, meshes_of
 from .obstacle_motion import ObstacleMotions
@@ -23,7 +23,7 @@ from .proximity_tables import ProximityTables, kernel_arguments, shape_row
 from .robot_model import RobotModel
 from .shapes import ConvexMesh, Obstacle, Shape, check_pose, checked_obstacles
 from .world_spec import WorldModel, fill_slot
-from .world_tables import AddedGeoms, GeomArrays, build_tables, sort_file_pairs
+from .world_tables import AddedGeoms, GeomArrays, build_tables
 
 SLOTS = 16
 """Number of prepared geoms for obstacles. When they are all in use, the world is compiled again
@@ -306,9 +306,8 @@ class CollisionWorld:
         """Return the pairs of the robot's file to check, and the names of those to ignore."""
         self._file_pairs = []
         self._update_tables()
-        return sort_file_pairs(
-            self.robot, self._file_geoms, self.options.self_margin, self._distances
-        )
+        margin = self.options.self_margin
+        return sort_pairs(self.robot, self._file_geoms, margin, self._distances)
 
     def _distances(
         self, q: NDArray[np.float64], pairs: Sequence[tuple[int, int]]

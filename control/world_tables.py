@@ -6,25 +6,16 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from .collision_pairs import candidate_pairs
 from .held_object import HeldObject, held_pairs, held_row
 from .proximity_tables import ProximityTables
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
     from numpy.typing import NDArray
 
     from .collision_pairs import CollisionGeoms
     from .options import CollisionOptions
     from .robot_model import RobotModel
     from .world_spec import WorldModel
-
-STEADY_M = 0.01
-"""Two parts of the robot nearer than this in every posture are never checked, m. With the usual
-margin of the controller, 10 mm, they would stop the arm, although no joint moves them apart."""
-POSTURES = 16
-"""Number of random postures in which such parts are measured."""
 
 
 class AddedGeoms(NamedTuple):
@@ -80,30 +71,4 @@ def build_tables(
         names=tuple((names[a], names[b]) for a, b in pairs),
         held=np.array(rows).reshape(-1, 14),
         cut_off=options.cut_off,
-    )
-
-
-def sort_file_pairs(
-    robot: RobotModel,
-    geoms: CollisionGeoms,
-    self_margin: float,
-    distances: Callable[[NDArray[np.float64], Sequence[tuple[int, int]]], NDArray[np.float64]],
-) -> tuple[list[tuple[int, int]], tuple[tuple[str, str], ...]]:
-    """Return the pairs of the robot's file to check, and the names of those to ignore.
-
-    ``distances`` returns the distances (P,), m, of P pairs at joint positions (n,).
-    """
-    candidates = candidate_pairs(robot, geoms)
-    own = np.array([b in geoms.robot for _, b in candidates], dtype=bool)
-    farthest = distances(robot.home, candidates)
-    ignore = farthest < np.where(own, self_margin, 0.0)
-    low, high = np.clip((robot.lower, robot.upper), robot.home - np.pi, robot.home + np.pi)
-    for q in np.random.default_rng(0).uniform(low, high, (POSTURES, robot.n)):
-        near = np.flatnonzero(own & ~ignore & (farthest < STEADY_M))
-        farthest[near] = np.maximum(farthest[near], distances(q, [candidates[k] for k in near]))
-    ignore |= own & (farthest < STEADY_M)
-    named = [(geoms.names[a], geoms.names[b]) for a, b in candidates]
-    return (
-        [pair for pair, ignored in zip(candidates, ignore, strict=True) if not ignored],
-        tuple(pair for pair, ignored in zip(named, ignore, strict=True) if ignored),
     )

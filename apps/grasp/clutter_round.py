@@ -30,7 +30,6 @@ from eyehand.data_synth.cell import (
     CAMERA,
     MAX_RANGE,
     ClutterFamily,
-    ClutterView,
     ClutterWorld,
     camera_pose,
     execute_grasp,
@@ -47,7 +46,7 @@ from eyehand.grasping import (
     load_hand,
     plan_grasps,
 )
-from eyehand.perception import DepthFrame, Scene, perceive
+from eyehand.perception import DepthFrame, perceive
 
 from .grasp_failure import failure_cause, is_heavy, segment_truth
 
@@ -96,14 +95,10 @@ class ClutterTrial:
     """Whether the images of a round are scaled to the mean height of the table in them."""
     hand: str = "panda"
     """Name or file of the hand."""
-    view: ClutterView = "side"
-    """Camera at 60° (side) or 30° (top) from the vertical."""
     split: Split = "all"
     """Which objects are drawn."""
     count: int = 5
     """Number of objects."""
-    depth_error: float | None = None
-    """`JawOptions.depth_error`; None for 0.005 with a known table, else for the default."""
     changes: Changes = Changes()
     """What differs from the protocol."""
     planner: Mapping[str, Any] = field(default_factory=dict)
@@ -126,8 +121,6 @@ class Attempt:
     """Probability that the planner gave."""
     cause: str
     """Cause of the failure, or an empty string."""
-    detail: str
-    """Grasp and course, for reports."""
     perceive_ms: float
     """Processor time of perception and planning on one thread, ms."""
     plan_ms: float
@@ -214,7 +207,7 @@ def _attempt(
     memory: SupportMemory | None,
 ) -> tuple[Attempt | None, Grasp | None, str]:
     """Look, plan and grasp once."""
-    T_world_camera = camera_pose(settings.view, settings.changes.camera_turned)
+    T_world_camera = camera_pose(settings.changes.camera_turned)
     view = open_renderer().render(
         world.model,
         world.data,
@@ -253,7 +246,6 @@ def _attempt(
         success=course.success,
         predicted=grasp.success,
         cause=cause,
-        detail=_detail(scene, grasp, course),
         perceive_ms=1e3 * (perceived - started),
         plan_ms=1e3 * (planned - perceived),
         objects_seen=len(scene.objects),
@@ -278,17 +270,6 @@ def _options(settings: ClutterTrial, failed: tuple[Grasp, ...]) -> JawOptions:
     options = JawOptions(
         full_opening=True, guarded=True, failed=failed, calibration_error=calibration
     )
-    error = settings.depth_error
-    if error is None:
-        error = CORRECTED_SCALE_ERROR if settings.known_table else options.depth_error
-    return replace(options, depth_error=error, **settings.planner)
-
-
-def _detail(scene: Scene, grasp: Grasp, course: Any) -> str:
-    low = {name: round(value, 2) for name, value in grasp.terms.items() if value < 0.95}
-    return (
-        f"{grasp.reason}; stopped by {course.stopped_part or 'nothing'} "
-        f"{1e3 * course.stopped_before:.0f} mm before; pads {1e3 * course.closed_width:.0f} mm "
-        f"apart when closed, {1e3 * course.final_width:.0f} mm at the end; "
-        f"{len(scene.objects)} objects seen; terms {low}"
-    )
+    if settings.known_table:
+        options = replace(options, depth_error=CORRECTED_SCALE_ERROR)
+    return replace(options, **settings.planner)

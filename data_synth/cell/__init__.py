@@ -5,7 +5,7 @@ model. `SimRobot` implements the robot protocol of `eyehand.grasping`.
 """
 
 from ..arms import HAND
-from .clutter_scene import CAMERA, MAX_RANGE, ClutterFamily, ClutterView, camera_pose, make_clutter
+from .clutter_scene import CAMERA, MAX_RANGE, ClutterFamily, camera_pose, make_clutter
 from .clutter_world import ClutterWorld
 from .grasp_cell import GraspCell, scene_options
 from .grasp_execution import Execution, execute_grasp
@@ -25,7 +25,6 @@ __all__ = [
     "INCLUDED_ARM",
     "MAX_RANGE",
     "ClutterFamily",
-    "ClutterView",
     "ClutterWorld",
     "Execution",
     "FingerDescription",

@@ -16,7 +16,6 @@ from ..scenes.viewpoint import look_at
 from .clutter_world import WORKSPACE, ClutterWorld
 
 ClutterFamily = Literal["packed", "pile"]
-ClutterView = Literal["side", "top"]
 
 SCALES: dict[ClutterFamily, tuple[float, float]] = {"packed": (0.7, 0.9), "pile": (0.8, 1.0)}
 """Range of the factor by which an object is made smaller."""
@@ -36,11 +35,10 @@ CAMERA = CameraIntrinsics(540.0, 540.0, 320.0, 240.0, 640, 480)
 """The original's camera."""
 CAMERA_DISTANCE = 2 * WORKSPACE
 """Distance of the camera from the point that it looks at, m."""
-VIEWS: dict[ClutterView, tuple[float, float]] = {
-    "side": (np.pi / 3, WORKSPACE / 3 - 0.05),
-    "top": (np.pi / 6, -0.05),
-}
-"""Angle of the line of sight from the vertical, rad, and height of the point looked at, m."""
+CAMERA_ANGLE = np.pi / 3
+"""Angle of the line of sight from the vertical, rad."""
+TARGET_HEIGHT = WORKSPACE / 3 - 0.05
+"""Height of the point that it looks at, m."""
 MAX_RANGE = 2.0
 """Maximum depth with a reading, m."""
 
@@ -108,10 +106,9 @@ def make_clutter(
     return world
 
 
-def camera_pose(view: ClutterView = "side", turned: float = 0.0) -> RigidTransform:
+def camera_pose(turned: float = 0.0) -> RigidTransform:
     """Return T_world_camera of the protocol's camera, nearer to the vertical by `turned`, rad."""
-    angle, height = VIEWS[view]
-    angle -= turned
-    target = np.array([0.0, 0.0, height])
+    angle = CAMERA_ANGLE - turned
+    target = np.array([0.0, 0.0, TARGET_HEIGHT])
     eye = target + CAMERA_DISTANCE * np.array([0.0, -np.sin(angle), np.cos(angle)])
     return look_at(eye, target)

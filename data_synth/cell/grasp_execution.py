@@ -39,8 +39,6 @@ class Execution:
     """Index of the object that was taken out, or -1."""
     stopped_by: int | None
     """Index of the object that stopped the approach, -1 for the table, None if nothing did."""
-    stopped_part: str
-    """Part of the hand that touched it."""
     stopped_before: float
     """Distance to the grasp at that moment, m."""
     at_start: bool
@@ -100,7 +98,6 @@ def execute_grasp(world: ClutterWorld, T_world_tcp: RigidTransform) -> Execution
         success=success,
         removed=removed,
         stopped_by=_stopper(stopped),
-        stopped_part=stopped[0].part if stopped else "",
         stopped_before=float(np.linalg.norm(goal - position)),
         at_start=at_start,
         touched=tuple(sorted(k for k in both if k >= 0)),

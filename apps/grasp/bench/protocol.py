@@ -142,7 +142,6 @@ def protocol_jobs(
                     learned_table=settings.learned_table,
                     hand=settings.hand,
                     split=settings.split,
-                    depth_error=settings.depth_error,
                     changes=Changes(
                         1e-3 * settings.misplaced[0], math.radians(settings.misplaced[1])
                     ),

@@ -79,8 +79,6 @@ class ProtocolSettings:
     """Which half of the objects is used."""
     jobs: int | None = None
     """Number of processes; None for the number of cores."""
-    depth_error: float | None = None
-    """Depth error that the planner expects; None for its default."""
     learned_table: bool = False
     """Whether the images of a round are scaled to the mean height of the table in them."""
     misplaced: tuple[float, float] = (0.0, 0.0)
