@@ -52,5 +52,5 @@ def contradicted_intrinsics(views: Sequence[BoardView], camera: CameraIntrinsics
     values = [", ".join(f"{value:.0f}" for value in k) for k in (found, given)]
     return (
         f"the images of the board show fx, fy, cx, cy = {values[0]} px, and the camera file says "
-        f"{values[1]}: write the intrinsics of these images"
+        f"{values[1]}: write the intrinsics of these images, which must be without distortion"
     )

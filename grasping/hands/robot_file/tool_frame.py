@@ -79,7 +79,7 @@ class HandShapes:
             if (size := float(np.ptp(points.reshape(-1, 3), axis=0).max())) > MAX_LINK:
                 raise InputError(
                     f"{links.name(link)} is {size:.3g} m long, at most {MAX_LINK:g} m expected: "
-                    'write scale="0.001 0.001 0.001" at meshes in mm'
+                    'lengths must be in m, with scale="0.001 0.001 0.001" at meshes in mm'
                 )
 
     def pose(self, posture: NDArray[np.float64]) -> None:
