@@ -38,7 +38,8 @@ WarningKind = Literal[
 
 - no_support: there is no support plane, so that every smooth solid counts as an object.
 - support_doubtful: another plane has nearly the evidence of the support, or may be a small table
-  high above it; `SceneWarning.plane` holds it.
+  high above it; `SceneWarning.plane` holds it. Or more readings continue its level outside its
+  outline than lie within, so that objects beside the outline are lost.
 - below_support: readings lie below the support within its outline.
 - support_hidden: no part of the first support is visible. It is a plane below all readings.
 - support_unseen: much of the image is in front of the supports and out of their reach. It stands on
@@ -73,6 +74,10 @@ MAX_DROP = 0.5
 MIN_BELOW = 0.03
 """Minimum weight of the readings below a support, relative to those on it, for "below_support". It
 is at most 0.014 on tables and floors of containers."""
+MIN_CONTINUED = 2.0
+"""Minimum number of readings that continue the support outside its outline, per reading within, for
+"support_doubtful". It is at most 1.1 where the outline is right, and 10 where a table with holes
+was cut up. Around a container the table may have the level of the floor."""
 MIN_UNREACHED = 0.1
 """Minimum size of a connected part in front of the supports for "support_unseen", as a share of the
 pixels. It is at most 0.02 where a board was found, and 0.28 or more where none was."""
@@ -103,6 +108,7 @@ def find_warnings(
     above: NDArray[np.bool_],
     unreached: float = 0.0,
     sheets: tuple[int, ...] = (),
+    continued: float = 0.0,
 ) -> tuple[SceneWarning, ...]:
     """Return the warnings about a segmentation, those about the scene first.
 
@@ -122,6 +128,8 @@ def find_warnings(
         Share of the pixels in front of the supports and out of their reach, 0-1.
     sheets
         Labels of the objects of which only a long thin sheet is visible.
+    continued
+        Readings that continue the first support outside its outline, per reading within.
     """
     warnings: list[SceneWarning] = []
     if not supports:
@@ -129,6 +137,9 @@ def find_warnings(
         warnings.append(SceneWarning("no_support", message))
     if supports:
         warnings += _support_warnings(supports[0], containers)
+    if continued >= MIN_CONTINUED and not containers:
+        message = "the support is doubtful: most readings on its level lie outside its outline"
+        warnings.append(SceneWarning("support_doubtful", message))
     if unreached >= MIN_UNREACHED:
         message = (
             f"{100 * unreached:.0f} % of the image is in front of the support and out of its "

@@ -42,7 +42,7 @@ from .smooth_patches import MIN_PATCH, label_patches, linked_pixels
 from .support_extent import Support
 from .support_plane import find_supports
 from .unknown_regions import find_unknown
-from .unreached_readings import unreached_share
+from .unreached_readings import continued_share, unreached_share
 from .upsample import upsample_labels
 from .working_image import REFERENCE_WIDTH, WorkingImage, inverse, working_image
 
@@ -111,7 +111,10 @@ def segment(frame: DepthFrame, options: SegmentationOptions | None = None) -> Se
     containers = tuple(one.container for one in found)
     sheets = find_sheets(labels[::stride, ::stride], image)
     unreached = unreached_share(image, supports)
-    warnings = find_warnings(labels, ambiguous, supports, containers, above, unreached, sheets)
+    continued = continued_share(image, supports[0]) if supports else 0.0
+    warnings = find_warnings(
+        labels, ambiguous, supports, containers, above, unreached, sheets, continued
+    )
     return Segmentation(
         labels,
         planes[0] if planes else None,

@@ -162,3 +162,9 @@ def test_no_object_without_a_reason(kind, seed):
         assert found.support is not None
         heights = found.support.height(frame.points())[frame.valid]
         assert np.mean(np.abs(heights) < 0.01) > 0.9
+
+
+def test_support_that_continues_outside_its_outline_is_doubtful():
+    for continued, kinds in ((1.1, []), (3.0, ["support_doubtful"])):
+        found = find_warnings(LABELS, {}, [SUPPORT], (), NOTHING, continued=continued)
+        assert [one.kind for one in found] == kinds

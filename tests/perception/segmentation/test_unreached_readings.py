@@ -6,7 +6,7 @@ import pytest
 from eyehand.perception import CameraIntrinsics, DepthFrame
 from eyehand.perception.segmentation import SupportPlane
 from eyehand.perception.segmentation.support_extent import Support
-from eyehand.perception.segmentation.unreached_readings import unreached_share
+from eyehand.perception.segmentation.unreached_readings import continued_share, unreached_share
 from eyehand.perception.segmentation.working_image import working_image
 
 CAMERA = CameraIntrinsics(300.0, 300.0, 160.0, 120.0, 320, 240)
@@ -40,3 +40,14 @@ def test_structures_near_the_support_are_within_reach(depth, near):
 def test_no_support_has_no_reach():
     frame = DepthFrame(np.ones((240, 320), np.float32), CAMERA)
     assert unreached_share(working_image(frame, 1), []) == 0.0
+
+
+@pytest.mark.parametrize(("far", "least", "most"), [(2.5, 0.0, 0.0), (1.95, 1.0, 4.0)])
+def test_readings_that_continue_a_support_outside_its_outline(far, least, most):
+    rows = np.arange(240)[:, None] - CAMERA.cy
+    depth = np.where(rows > 30, HEIGHT * CAMERA.fy / np.maximum(rows, 1), 0.0)
+    depth[depth > 2.4] = 0.0
+    image = np.repeat(depth, 320, axis=1).astype(np.float32)
+    image[:, :40] = image[:, -40:] = 0.0
+    found = continued_share(working_image(DepthFrame(image, CAMERA), 1), floor(1.4, far))
+    assert least <= found <= most
