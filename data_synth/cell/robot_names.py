@@ -20,6 +20,7 @@ from eyehand.errors import InputError
 from eyehand.grasping import ParallelHand, load_hand
 from eyehand.grasping.hands import built_in_hands, describe_hand
 
+from ..mujoco_import import import_mujoco
 from .arm_check import check_arm, check_rest_posture
 from .grasp_robot import GraspRobot
 from .jaw_assembly import TOOL_FRAME
@@ -296,4 +297,14 @@ def jaw_robot(
     model = made.compiled()
     check_arm(made.arm, model, made.joints, made.hand_joints, (), TOOL_FRAME)
     check_rest_posture(made.arm, model, made.joints, made.home)
+    if hand is not None:
+        data = import_mujoco().MjData(model)
+        import_mujoco().mj_kinematics(model, data)
+        carrier = data.site(flange)
+        ahead = (data.site(TOOL_FRAME).xpos - carrier.xpos) @ carrier.xmat.reshape(3, 3)[:, 2]
+        if ahead < 0.0:
+            raise InputError(
+                f"{hand.name}: the fingertips are {-1e3 * ahead:.0f} mm behind the arm's flange: "
+                "turn the hand with --mount, by half a turn: 0 0 0 3.14 0 0"
+            )
     return made

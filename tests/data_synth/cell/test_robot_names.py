@@ -158,6 +158,13 @@ def test_floating_gripper_with_rough_shapes_is_fixed_to_the_arm(tmp_path):
     )
 
 
+@needs_files
+def test_hand_that_points_into_the_arm_is_refused(tmp_path):
+    (tmp_path / "floating.xml").write_text(FLOATING)
+    with pytest.raises(InputError, match=r"70 mm behind the arm's flange.*half a turn"):
+        make_robot("ur5e", "floating.xml", (0.0, 0.0, 0.0, np.pi, 0.0, 0.0))
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
