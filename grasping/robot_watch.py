@@ -29,15 +29,17 @@ MIN_COMMAND = 0.05
 FOLLOW_SHARE = 0.05
 """Share of the commanded path below which the arm does not follow."""
 OPPOSITE = 0.1
-"""Commanded rotation of a joint after which its direction is judged, rad. A delayed joint that
-reverses at 1 rad/s can be 0.06 rad behind."""
-OPPOSITE_SHARE = 0.5
-"""Share of the commanded rotation by which a joint moves backwards if a sign is wrong."""
+"""Commanded rotation of a joint after which its direction is judged, rad."""
+OPPOSITE_SHARE, LATE = 0.5, 0.05
+"""A joint moves backwards if it turns by more than this share of its command and this margin, rad,
+against it. The margin covers a late joint that reverses."""
 JUDGED = 0.6
 """Commanded rotation of a joint after which it is judged anew, rad."""
 FAR_SHARE, FAR_MARGIN = 1.5, 0.3
 """A joint moves too far if it moves farther than this share of its command and this margin, rad.
 The margin covers a joint that is 0.1 s late at 3 rad/s."""
+LONGEST_STEP = 10
+"""Number of periods for which the arm may go on with one command."""
 CLOCK_SHARE, CLOCK_CYCLES = 100, 5
 """Number of successive steps, each of which takes this many periods by the arm's clock, after which
 the clock is in a wrong unit. Planning takes as long between two steps, but not five times."""
@@ -91,7 +93,9 @@ class RobotWatch:
                 f"angles, got {getattr(reading, 'q', reading)}"
             )
         period, passed = robot.period, reading.time - self.reading.time
-        if strayed := self._strayed(reading, period * velocity, robot.joints):
+        # A driver may take longer than a period, while the arm goes on.
+        lasted = min(max(passed, period), LONGEST_STEP * period)
+        if strayed := self._strayed(reading, lasted * velocity, robot.joints):
             return strayed
         self._stale = self._stale + period if passed <= 0.0 else 0.0
         if self._stale > STALE_SECONDS:
@@ -124,7 +128,8 @@ class RobotWatch:
         """Compare the way of each joint with its command, however slowly that is commanded."""
         self._shift = self._shift + shift
         way, moved = np.abs(self._shift), reading.q - self._turn_q
-        against = (way > OPPOSITE) & (moved * self._shift < -OPPOSITE_SHARE * way**2)
+        back = -moved * np.sign(self._shift)
+        against = (way > OPPOSITE) & (back > OPPOSITE_SHARE * way + LATE)
         too_far = np.abs(moved) > FAR_SHARE * way + FAR_MARGIN
         if (against | too_far).any():
             k = int(np.argmax(against | too_far))

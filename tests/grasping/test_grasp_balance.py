@@ -11,6 +11,7 @@ from eyehand.grasping.grasp_balance import MAX_SHIFT, balance_error, balance_tas
 from eyehand.grasping.hands import GripOptions, HandReading
 from eyehand.grasping.hands.closing import Closing
 from eyehand.grasping.robot import RobotReading
+from eyehand.grasping.tray import Tray
 
 from .fake_robot import HAND, PERIOD, FakeRobot
 
@@ -47,7 +48,8 @@ def test_shift_is_from_the_middle_of_the_contacts_to_the_centre_of_mass():
 
 
 def test_stack_shifts_and_turns_the_palm_and_keeps_its_depth():
-    cell = Cell(FakeRobot(), lambda _: pytest.fail("no image is taken"), tray=None)  # pyright: ignore[reportArgumentType]
+    tray = Tray(np.array([0.4, -0.2, 0.0]), (0.25, 0.36), 0.07)
+    cell = Cell(FakeRobot(), lambda _: pytest.fail("no image is taken"), tray)
     state, start = cell.arm_state(), cell.palm_pose()
     tasks = [task.at(state) for task in balance_tasks(start, MAX_SHIFT, 0.1)]
     twist = state.jacobian @ solve_stack(tasks).velocity

@@ -120,6 +120,15 @@ def test_delayed_arm_that_reverses_at_once_has_no_fault(delay):
         assert not watch.step(arm, velocity, None).fault
 
 
+def test_arm_that_goes_on_while_its_driver_is_slow_has_no_fault():
+    """Each step takes three periods, and the arm moves for all of them."""
+
+    def slow(robot, reading):
+        return replace(reading, q=START + 3 * (reading.q - START), time=3 * reading.time)
+
+    assert faults(slow)[0] == ""
+
+
 def test_stopped_robot_receives_no_more_commands():
     robot = Arm(lambda arm, reading: replace(reading, fault="the emergency stop is pressed"))
     watch = RobotWatch(robot.read())
