@@ -9,10 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
-from ..frame import CameraIntrinsics
 from .above_support import SUPPORT_SIGMAS
 from .block_heights import BLOCK, LOWEST
-from .hull_depth import depth_in_hull
 from .support_extent import Support
 from .working_image import WorkingImage
 
@@ -29,17 +27,8 @@ camera's projector, or a hole of the table."""
 MIN_BAND = 0.012
 """Minimum height of a block above the support, m. The highest of its readings counts."""
 MIN_SUPPORT_RING = 0.7
-"""Minimum share of the support among the readings of the ring around a region. Beside a shadow
-stands the object that casts it."""
-MIN_SUPPORT_NEAR = 0.9
-"""The same for the near half of the ring, for a thing that hides what stands behind it."""
-MIN_READ = 0.65
-"""Minimum share of the ring with readings. The shadows of other things may hide the rest."""
-MIN_INSIDE = 0.02
-"""Minimum distance of a region's foot from the edge of the support, m. Beyond an edge the camera
-often reads nothing."""
-MIN_SLOPE = 1e-3
-"""Minimum slope at which a ray meets the support. Less steep rays count as this steep."""
+"""Minimum share of the ring around a region that shows the support. Beside a shadow stands the
+object that casts it."""
 MAX_HEIGHT = 0.3
 """Maximum height of what a region may hide, m."""
 MAX_SHADOW = 16
@@ -56,7 +45,7 @@ class UnknownRegion:
     """Convex outline in the image, columns and rows (K, 2), px."""
     corners: NDArray[np.float64]
     """Points (2 K, 3) whose convex hull holds all that the region may hide, m: on the support, then
-    at `height` above it, on the rays through the outline or where its foot ends."""
+    at `height` above it, on the rays through the outline."""
     height: float
     """Maximum height of what the region may hide above the support, m."""
 
@@ -90,7 +79,6 @@ def find_unknown(
     core = cv2.morphologyEx(hidden, cv2.MORPH_OPEN, np.ones((MIN_WIDTH,) * 2, np.uint8))
     count, labels, stats, _ = cv2.connectedComponentsWithStats(core, connectivity=8)
     rows, columns = tops.shape
-    k, side = image.intrinsics, image.length(BLOCK)
     regions: list[tuple[float, UnknownRegion]] = []
     for part in range(1, count):
         left, top, width, height = (int(value) for value in stats[part, :4])
@@ -101,22 +89,12 @@ def find_unknown(
         # The ring keeps a distance of one block from the region, because edges have no readings.
         inner = cv2.dilate(mask, np.ones((3, 3), np.uint8))
         ring = cv2.dilate(inner, np.ones((3, 3), np.uint8)) > inner
-        corner = np.array([left - 2, top - 2])
-        places = np.argwhere(inner)[:, ::-1] + corner
-        foot = _in_plan(_rays((places + 0.5) * side, k), support)
-        inside = np.asarray(depth_in_hull(foot, support.hull))
-        foot, area = foot[inside > 0], _area(foot[(mask[inner > 0] > 0) & (inside > 0)])
-        if inside.max() < MIN_INSIDE or not MIN_AREA <= area <= MAX_AREA:
+        if np.mean(on_support[window][ring]) < MIN_SUPPORT_RING:
             continue
-        # A thing hides what lies behind it: the near half of the ring is enough.
-        middle = foot.mean(axis=0)
-        around = _in_plan(_rays((np.argwhere(ring)[:, ::-1] + corner + 0.5) * side, k), support)
-        near = around @ middle <= middle @ middle
-        shown, read = on_support[window][ring], ~empty[window][ring]
-        whole, nearer = _share(shown, read), _share(shown[near], read[near])
-        if whole < MIN_SUPPORT_RING and nearer < MIN_SUPPORT_NEAR:
-            continue
-        regions.append((area, _bounded_region(places, foot, image, support)))
+        places = np.argwhere(inner)[:, ::-1] + [left - 2, top - 2]
+        area, region = _bounded_region(places, image, support)
+        if region is not None and MIN_AREA <= area <= MAX_AREA:
+            regions.append((area, region))
     regions.sort(key=lambda item: -item[0])
     return tuple(region for _, region in regions[:MAX_REGIONS])
 
@@ -139,51 +117,28 @@ def _shadows(
     return shadow > 0
 
 
-def _area(plan: NDArray[np.float64]) -> float:
-    """Return the area of the convex hull of points (N, 2), m²."""
-    return float(cv2.contourArea(cv2.convexHull(plan.astype(np.float32)))) if len(plan) else 0.0
-
-
-def _share(shown: NDArray[np.bool_], read: NDArray[np.bool_]) -> float:
-    """Return the share of blocks (N,) that show the support among those with readings."""
-    return float(np.mean(shown[read])) if np.mean(read) >= MIN_READ else 0.0
-
-
-def _rays(pixels: NDArray[np.floating], k: CameraIntrinsics) -> NDArray[np.float64]:
-    """Return the viewing rays (N, 3) of depth 1 through corners of pixels (N, 2)."""
-    x, y = (pixels[:, 0] - 0.5 - k.cx) / k.fx, (pixels[:, 1] - 0.5 - k.cy) / k.fy
-    return np.asarray(np.column_stack([x, y, np.ones(len(pixels))]), np.float64)
-
-
-def _in_plan(rays: NDArray[np.float64], support: Support) -> NDArray[np.float64]:
-    """Return where rays (N, 3) meet the support, in plan (N, 2), m. Level rays meet it far away."""
-    slope = np.minimum(rays @ support.plane.normal, -MIN_SLOPE)
-    return rays @ support.axes.T * (-support.plane.offset / slope)[:, None]
-
-
 def _bounded_region(
-    places: NDArray[np.intp], foot: NDArray[np.float64], image: WorkingImage, support: Support
-) -> UnknownRegion:
-    """Return the region of blocks (N, 2). `foot` are those over the support, in plan (K, 2), m."""
-    side, plane = image.length(BLOCK), support.plane
+    places: NDArray[np.intp], image: WorkingImage, support: Support
+) -> tuple[float, UnknownRegion | None]:
+    """Return the area on the support, m², and the region of blocks (N, 2); None if outside."""
+    k, side, plane = image.intrinsics, image.length(BLOCK), support.plane
     corners = (places[:, None] + np.array([[0, 0], [1, 0], [1, 1], [0, 1]])).reshape(-1, 2) * side
-    outline = cv2.convexHull(corners.astype(np.float32)).reshape(-1, 2).astype(np.float64)
-    rays = _rays(outline, image.intrinsics)
-    plan = _in_plan(rays, support)
-    # The foot of a thing lies over the support, and the ray over its top meets the far side. The
-    # plan coordinates of the camera are 0.
-    middle = foot.mean(axis=0)
+    outline = cv2.convexHull(corners.astype(np.float32)).reshape(-1, 2).astype(np.float64) - 0.5
+    rays = np.column_stack(
+        [(outline[:, 0] - k.cx) / k.fx, (outline[:, 1] - k.cy) / k.fy, np.ones(len(outline))]
+    )
+    slope = rays @ plane.normal
+    if slope.max() > -1e-3:
+        return 0.0, None
+    base = rays * (-plane.offset / slope)[:, None]
+    plan = (base @ support.axes.T).astype(np.float32)
+    middle = plan.mean(axis=0)
+    if cv2.pointPolygonTest(support.hull, (float(middle[0]), float(middle[1])), False) < 0:
+        return 0.0, None
+    # The foot of a thing lies in the region, and the ray over its top meets the far side. The plan
+    # coordinates of the camera are 0.
     away = middle / max(float(np.linalg.norm(middle)), 1e-9)
-    ranges = plan @ away
     steepness = plane.offset / np.maximum(np.linalg.norm(plan, axis=1), 1e-6)
-    height = min(float(np.ptp(ranges) * steepness.max()), MAX_HEIGHT)
-    slope = np.minimum(rays @ plane.normal, -MIN_SLOPE)
-    # Beyond its foot there is nothing of the thing: rays that are still higher end there, upright.
-    reach = np.max(foot @ away) / np.maximum(rays @ support.axes.T @ away, 1e-9)
-    ends = (-plane.offset / slope > reach) & (len(foot) < len(places))
-    layers = []
-    for level in (0.0, height):
-        tips = rays * np.where(ends, reach, (level - plane.offset) / slope)[:, None]
-        rise = level - plane.offset - tips @ plane.normal
-        layers.append(tips + np.outer(rise, plane.normal))
-    return UnknownRegion(outline - 0.5, np.vstack(layers), height)
+    height = min(float(np.ptp(plan @ away) * steepness.max()), MAX_HEIGHT)
+    top = rays * ((height - plane.offset) / slope)[:, None]
+    return float(cv2.contourArea(plan)), UnknownRegion(outline, np.vstack([base, top]), height)
