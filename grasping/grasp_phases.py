@@ -79,14 +79,14 @@ def pre_grasp(cell: Cell, state: PickState) -> PhaseFailure | None:
     near_enough = result.reason == NEAR_ENOUGH or state.near_goal(cell, tasks, cell.reading.q)
     if not result and not near_enough:
         return PhaseFailure("stuck", f"before the grasp: {result.reason}")
-    if narrow := _still_narrow(cell, shape):
+    if narrow := _wait_for_opening(cell, shape):
         return PhaseFailure("hand_stalled", narrow)
     state.tare = _tare(cell)
     return None
 
 
-def _still_narrow(cell: Cell, shape: AnyCommand) -> str:
-    """Wait until two jaws are open; say what is wrong if they do not open."""
+def _wait_for_opening(cell: Cell, shape: AnyCommand) -> str:
+    """Wait until two jaws are open; return what is wrong if they do not open."""
     if not isinstance(shape, JawCommand):
         return ""
 
@@ -99,8 +99,9 @@ def _still_narrow(cell: Cell, shape: AnyCommand) -> str:
     if not narrow():
         return ""
     return (
-        f"the width reads {1e3 * cell.hand.width(cell.reading.hand):.0f} mm after the command "
-        f"{1e3 * shape.width:.0f} mm; it must be the distance between both pads, 0 when closed"
+        f"the hand opened to {1e3 * cell.hand.width(cell.reading.hand):.0f} of "
+        f"{1e3 * shape.width:.0f} mm; check the stroke in its description, and that `width` is the "
+        "distance between the pads, 0 when closed"
     )
 
 

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from .hands import ParallelHand
 
-MOVED = 0.002
+MIN_SHIFT = 0.002
 """Distance by which a part of a jaw moves between the open and the closed gripper, m."""
 STROKE_SHARE = (0.6, 1.5)
 """Range of the measured over the described stroke. Parts of a jaw that turns move differently."""
@@ -49,17 +49,18 @@ def check_hand_frame(
     before, after = _geom_bounds(opened), _geom_bounds(closed)
     if before.shape != after.shape:
         return
-    shift = (after - before).mean(axis=0)
-    moved = np.linalg.norm(shift, axis=1) > MOVED
+    # The corners of a jaw that turns move farthest at its tip.
+    shift = after - before
+    moved = np.abs(shift).max(axis=(0, 2)) > MIN_SHIFT
     if not moved.any():
         return
-    stroke = np.max([shift.max(axis=0), 0 * shift[0]], axis=0) - np.minimum(shift.min(axis=0), 0)
-    wanted, asked = hand.stroke - hand.min_opening, "xyz"[int(np.argmax(stroke))]
+    stroke = np.maximum(shift.max(axis=(0, 1)), 0.0) - np.minimum(shift.min(axis=(0, 1)), 0.0)
+    wanted, most = hand.stroke - hand.min_opening, "xyz"[int(np.argmax(stroke))]
     if not STROKE_SHARE[0] * wanted <= stroke[0] <= STROKE_SHARE[1] * wanted:
         raise InputError(
             f"robot.hand_frame {frame!r}: the jaws of robot.description() close by "
             f"{1e3 * stroke[0]:.0f} mm along x of this frame, robot.hand by {1e3 * wanted:.0f} mm. "
-            f"They move most along {asked}. x must be the closing direction, z the approach"
+            f"They move most along {most}. x must be the closing direction, z the approach"
         )
     tip = after[1, moved, 2].max()
     if abs(tip) > TIP_SLACK:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable
 from typing import Any
 
@@ -15,6 +16,8 @@ from .hands import AnyCommand, AnyReading, HandModel, ParallelHand
 from .robot import Arm, ArmReading, Camera, Hand, RobotReading
 from .robot_checks import ARM, CAMERA, HAND, check_members, check_type
 from .robot_watch import one_line
+
+_log = logging.getLogger("eyehand")
 
 MAX_CAPTURES = 3
 """Number of attempts to capture a depth image. Cameras drop single frames."""
@@ -100,6 +103,7 @@ class JoinedRobot:
                 return self._camera.capture()
             except Exception as error:
                 # A driver raises what its library raises, often a RuntimeError.
+                _log.debug("the camera failed", exc_info=True)
                 reason = one_line(error)
         raise DeviceError(f"the camera gave no image in {MAX_CAPTURES} attempts: {reason}")
 

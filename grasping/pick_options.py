@@ -93,8 +93,8 @@ class PickOptions:
     def __post_init__(self) -> None:
         for name, most in MAX_VALUES.items():
             value = getattr(self, name)
-            if not 0.0 <= value <= most:
-                raise InputError(f"pick option {name} must be 0 to {most:g}, got {value}")
+            if not isinstance(value, int | float) or not 0.0 <= value <= most:
+                raise InputError(f"pick option {name} must be 0 to {most:g}, got {value!r}")
             if value == 0.0 and name in POSITIVE:
                 raise InputError(f"pick option {name} must be > 0, got {value}")
         if self.balance not in get_args(Balancing):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import replace
@@ -11,6 +12,7 @@ import numpy as np
 
 from eyehand.errors import EyehandError
 
+from .joint_travel import JointTravel
 from .robot import RobotReading
 
 if TYPE_CHECKING:
@@ -28,21 +30,18 @@ MIN_COMMAND = 0.05
 """Norm of the commanded velocities above which a standing arm does not follow, rad/s."""
 FOLLOW_SHARE = 0.05
 """Share of the commanded path below which the arm does not follow."""
-OPPOSITE = 0.1
-"""Commanded rotation of a joint after which its direction is judged, rad."""
-OPPOSITE_SHARE, LATE = 0.5, 0.05
-"""A joint moves backwards if it turns by more than this share of its command and this margin, rad,
-against it. The margin covers a late joint that reverses."""
-JUDGED = 0.6
-"""Commanded rotation of a joint after which it is judged anew, rad."""
-FAR_SHARE, FAR_MARGIN = 1.5, 0.3
-"""A joint moves too far if it moves farther than this share of its command and this margin, rad.
-The margin covers a joint that is 0.1 s late at 3 rad/s."""
-LONGEST_STEP = 10
+LONGEST_STEP = 25
 """Number of periods for which the arm may go on with one command."""
+PAUSE_SECONDS = 1.0
+"""Time between two steps after which someone may have moved the arm by hand, s."""
+SLOW_SHARE, SLOW_CYCLES = 2, 20
+"""Number of successive steps, each longer than this many periods, after which a slow driver is
+named. The limits of the acceleration hold for the period."""
 CLOCK_SHARE, CLOCK_CYCLES = 100, 5
-"""Number of successive steps, each of which takes this many periods by the arm's clock, after which
-the clock is in a wrong unit. Planning takes as long between two steps, but not five times."""
+"""Number of successive steps, each longer than this many periods, after which the arm's clock is in
+a wrong unit. Planning takes as long between two steps, but not five times."""
+
+_log = logging.getLogger("eyehand")
 
 
 class RobotWatch:
@@ -61,10 +60,10 @@ class RobotWatch:
     def __init__(self, reading: RobotReading) -> None:
         self.reading = reading
         """Last state of the robot."""
-        self._stale, self._long = 0.0, 0
+        self._stale, self._slow, self._long = 0.0, 0, 0
         self._since: float | None = None
         self._start_q = self._path = np.zeros_like(reading.q)
-        self._turn_q, self._shift = np.array(reading.q), np.zeros_like(reading.q)
+        self._travel = JointTravel(reading.q)
 
     def step(
         self, robot: Robot, velocity: NDArray[np.float64], command: AnyCommand | None
@@ -73,11 +72,12 @@ class RobotWatch:
         if self.reading.fault:
             return self.reading
         try:
-            reading = robot.step(velocity, command)
-            fault = getattr(reading, "fault", "") or self._doubt(reading, velocity, robot)
+            reading, fault = robot.step(velocity, command), ""
         except Exception as error:
             # A driver raises what its library raises, often a RuntimeError.
+            _log.debug("the robot's driver failed", exc_info=True)
             reading, fault = self.reading, f"the robot's driver failed: {one_line(error)}"
+        fault = fault or getattr(reading, "fault", "") or self._doubt(reading, velocity, robot)
         if not _usable(reading, len(self._path)):
             reading = self.reading
         self.reading = replace(reading, fault=fault)
@@ -93,13 +93,18 @@ class RobotWatch:
                 f"angles, got {getattr(reading, 'q', reading)}"
             )
         period, passed = robot.period, reading.time - self.reading.time
+        if passed > PAUSE_SECONDS:
+            self._travel = JointTravel(reading.q)
         # A driver may take longer than a period, while the arm goes on.
-        lasted = min(max(passed, period), LONGEST_STEP * period)
-        if strayed := self._strayed(reading, lasted * velocity, robot.joints):
+        seconds = min(passed, LONGEST_STEP * period) if passed > 0.0 else period
+        if strayed := self._travel.check(reading.q, velocity, seconds, robot.joints):
             return strayed
         self._stale = self._stale + period if passed <= 0.0 else 0.0
         if self._stale > STALE_SECONDS:
             return f"the arm has sent no new state for {self._stale:.1f} s"
+        self._slow = self._slow + 1 if passed > SLOW_SHARE * period else 0
+        if self._slow == SLOW_CYCLES:
+            _log.warning("a step takes %.3g s, robot.period is %.3g s: correct it", passed, period)
         self._long = self._long + 1 if passed > CLOCK_SHARE * period else 0
         if self._long >= CLOCK_CYCLES:
             return (
@@ -120,31 +125,6 @@ class RobotWatch:
         distance = float(np.linalg.norm(reading.q - self._start_q))
         if distance < FOLLOW_SHARE * path:
             return f"the arm does not follow: it moved {distance:.3f} rad of {path:.2f} commanded"
-        return ""
-
-    def _strayed(
-        self, reading: RobotReading, shift: NDArray[np.float64], joints: tuple[str, ...]
-    ) -> str:
-        """Compare the way of each joint with its command, however slowly that is commanded."""
-        self._shift = self._shift + shift
-        way, moved = np.abs(self._shift), reading.q - self._turn_q
-        back = -moved * np.sign(self._shift)
-        against = (way > OPPOSITE) & (back > OPPOSITE_SHARE * way + LATE)
-        too_far = np.abs(moved) > FAR_SHARE * way + FAR_MARGIN
-        if (against | too_far).any():
-            k = int(np.argmax(against | too_far))
-            numbers = f"it moved {moved[k]:.2f} rad, commanded were {self._shift[k]:.2f}"
-            if too_far[k]:
-                return (
-                    f"joint {joints[k]} moves farther than commanded: {numbers}; "
-                    "check that the driver takes rad/s, for one period"
-                )
-            return (
-                f"joint {joints[k]} moves against its command: {numbers}; "
-                "check the sign, and whether the arm or the hand touches something"
-            )
-        self._turn_q = np.where(way > JUDGED, reading.q, self._turn_q)
-        self._shift = np.where(way > JUDGED, 0.0, self._shift)
         return ""
 
 

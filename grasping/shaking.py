@@ -7,6 +7,7 @@ import numpy as np
 from .cell import Cell
 from .held_grip import mean_wrench
 from .pick_state import PickState
+from .robot_watch import stopped_at_error
 
 FREQUENCY = 3.0
 """Approximate frequency of the motion, Hz. Each axis takes a whole number of periods."""
@@ -39,16 +40,17 @@ def shake(cell: Cell, state: PickState, seconds: float) -> None:
     start = cell.reading.time
     third = seconds / 3.0
     rate = 2.0 * np.pi * max(round(FREQUENCY * third), 1) / third
-    while (elapsed := cell.reading.time - start) < seconds and not cell.halted:
-        axis = min(int(elapsed / third), 2)
-        twist = np.zeros(6)
-        twist[axis] = PEAK_ACCELERATION / rate * np.sin(rate * (elapsed - axis * third))
-        robot = model.at(cell.reading.q)
-        jacobian = robot.jacobian
-        damped = jacobian @ jacobian.T + DAMPING**2 * np.eye(6)
-        velocity = jacobian.T @ np.linalg.solve(damped, twist)
-        excess = float(np.max(np.abs(velocity) / robot.speed, initial=1.0))
-        cell.step(velocity / excess, state.grip_command(cell, cell.reading))
+    with stopped_at_error(cell.robot):
+        while (elapsed := cell.reading.time - start) < seconds and not cell.halted:
+            axis = min(int(elapsed / third), 2)
+            twist = np.zeros(6)
+            twist[axis] = PEAK_ACCELERATION / rate * np.sin(rate * (elapsed - axis * third))
+            robot = model.at(cell.reading.q)
+            jacobian = robot.jacobian
+            damped = jacobian @ jacobian.T + DAMPING**2 * np.eye(6)
+            velocity = jacobian.T @ np.linalg.solve(damped, twist)
+            excess = float(np.max(np.abs(velocity) / robot.speed, initial=1.0))
+            cell.step(velocity / excess, state.grip_command(cell, cell.reading))
 
 
 def shake_off(cell: Cell, state: PickState) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 from eyehand.control import RobotModel
@@ -20,6 +21,26 @@ ARM = """
   <body pos="{right} 0 0.08"><geom type="box" size="0.005 0.01 0.02"/></body>
 </body></worldbody></mujoco>
 """
+
+
+HINGED = """
+<mujoco><worldbody><body name="wrist" pos="0 0 0.5">
+  <joint name="lift" type="slide" axis="0 0 1" range="-1 1"/><geom size="0.03" mass="1"/>
+  <site name="tool" pos="0 0 0.1"/>
+  <body euler="0 {left} 0"><geom type="box" size="0.002 0.01 0.05" pos="-0.002 0 0.05"/></body>
+  <body euler="0 {right} 0"><geom type="box" size="0.002 0.01 0.05" pos="0.002 0 0.05"/></body>
+</body></worldbody></mujoco>
+"""
+"""Two jaws of 100 mm that turn about the wrist."""
+
+
+def test_jaws_that_turn_are_accepted():
+    angle = np.degrees(np.arcsin(0.04 / 0.1))
+    opened, closed = (
+        RobotModel.load(HINGED.format(left=-turn, right=turn), "tool", joints=["lift"])
+        for turn in (angle, 0.0)
+    )
+    check_hand_frame("tool", HAND, opened, closed)
 
 
 def model(frame: str, width: float) -> RobotModel:

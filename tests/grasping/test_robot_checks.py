@@ -126,7 +126,9 @@ def test_tray_out_of_reach_is_refused():
         Cell(FakeRobot(), no_scene, tray)
 
 
-@pytest.mark.parametrize("option", [{"lift_height": 100.0}, {"speed": 5.0}, {"carry_speed": -1.0}])
+@pytest.mark.parametrize(
+    "option", [{"lift_height": 100.0}, {"speed": "0.3"}, {"carry_speed": -1.0}]
+)
 def test_pick_options_out_of_range_are_refused(option):
     with pytest.raises(InputError, match=f"pick option {next(iter(option))} must be 0 to"):
         PickOptions(**option)

@@ -1,0 +1,96 @@
+"""Compare how far each joint of an arm moves with its command."""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+LATE = 0.1
+"""Time by which the arm may follow late, s. Networks add 0.005 to 0.03 s."""
+MIN_TRAVEL = 0.1
+"""Commanded rotation of a joint from which its direction is judged, rad."""
+BACK_SHARE = 0.5
+"""A joint moves against its command if it turns back by more than this share of the command, beyond
+what `LATE` explains."""
+FAR_SHARE, FAR_MARGIN = 1.5, 0.1
+"""A joint moves too far if it turns by more than this share of the command and this margin, rad,
+beyond what `LATE` explains."""
+WINDOW = 0.6
+"""Commanded rotation of a joint after which it is judged anew, rad."""
+
+
+class JointTravel:
+    """Judges each joint of an arm in windows of its commanded rotation.
+
+    A late arm is behind at the start of a window and at its end, each time by its speed times its
+    delay. Neither is a fault.
+
+    Parameters
+    ----------
+    q
+        Joint angles of the resting arm, (n,), rad.
+    """
+
+    def __init__(self, q: NDArray[np.float64]) -> None:
+        self._start = np.array(q)
+        self._commanded, self._start_speed = np.zeros_like(self._start), np.zeros_like(self._start)
+        self._time = 0.0
+        self._speeds: deque[tuple[float, NDArray[np.float64]]] = deque()
+
+    def check(
+        self,
+        q: NDArray[np.float64],
+        velocity: NDArray[np.float64],
+        seconds: float,
+        joints: tuple[str, ...],
+    ) -> str:
+        """Return which joint strays from its command; empty if none does.
+
+        Parameters
+        ----------
+        q
+            Joint angles after the command, (n,), rad.
+        velocity
+            Commanded velocities, (n,), rad/s.
+        seconds
+            Time for which the arm had them, s.
+        joints
+            Names of the joints.
+        """
+        self._commanded = self._commanded + seconds * velocity
+        travel, moved = np.abs(self._commanded), q - self._start
+        fastest = self._fastest(np.abs(velocity), seconds)
+        slack = LATE * (self._start_speed + fastest)
+        back = -moved * np.sign(self._commanded)
+        against = (travel > MIN_TRAVEL) & (back > BACK_SHARE * travel + slack)
+        too_far = np.abs(moved) > FAR_SHARE * travel + FAR_MARGIN + slack
+        if (against | too_far).any():
+            k = int(np.argmax(against | too_far))
+            numbers = f"it moved {moved[k]:.2f} rad, commanded were {self._commanded[k]:.2f}"
+            if too_far[k]:
+                return (
+                    f"joint {joints[k]} moves farther than commanded: {numbers}; "
+                    "check that the driver takes rad/s, for one period"
+                )
+            return (
+                f"joint {joints[k]} moves against its command: {numbers}; "
+                "check the sign, and whether the arm or the hand touches something"
+            )
+        done = travel > WINDOW
+        self._start = np.where(done, q, self._start)
+        self._start_speed = np.where(done, fastest, self._start_speed)
+        self._commanded = np.where(done, 0.0, self._commanded)
+        return ""
+
+    def _fastest(self, speed: NDArray[np.float64], seconds: float) -> NDArray[np.float64]:
+        """Return the greatest commanded speed of each joint within the last `LATE` seconds."""
+        self._time += seconds
+        self._speeds.append((self._time, speed))
+        while self._speeds[0][0] < self._time - LATE:
+            self._speeds.popleft()
+        return np.max([speeds for _, speeds in self._speeds], axis=0)
