@@ -44,8 +44,7 @@ if TYPE_CHECKING:
 
 GOOD = (0.3, 1.0, 0.1)
 """Maximum residual, px, and median pose errors, mm and °, of a good calibration. A robot with
-errors
-of 0.5 mm and 0.06° along each axis gives 0.7 mm and 0.1°."""
+errors of 0.5 mm and 0.06° along each axis gives 0.7 mm and 0.1°."""
 PRINTED_DPI = 300
 """Resolution of the printed board, dots per inch."""
 MM_PER_INCH = 25.4

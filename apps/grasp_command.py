@@ -24,7 +24,7 @@ MAX_CALIBRATION_ERROR = 50.0
 """Maximum of --calibration-error, mm."""
 MAX_DEPTH_ERROR = 20.0
 """Maximum of --depth-error, %."""
-LEAST_ERROR = 0.05
+MIN_ERROR = 0.05
 """Least value of both above 0. Smaller ones are in m, or shares."""
 SUFFIXES = {"--yaml": (".yaml", ".yml"), "--picture": (".png",), "--page": (".html", ".htm")}
 
@@ -134,10 +134,8 @@ def _options(calibration_error: float, friction: float, depth_error: float) -> J
         ("--calibration-error", calibration_error, "mm", MAX_CALIBRATION_ERROR),
         ("--depth-error", depth_error, "%", MAX_DEPTH_ERROR),
     ):
-        if value != 0.0 and not LEAST_ERROR <= value <= most:
-            raise InputError(
-                f"{name} must be 0, or {LEAST_ERROR} to {most:g} {unit}, got {value:g}"
-            )
+        if value != 0.0 and not MIN_ERROR <= value <= most:
+            raise InputError(f"{name} must be 0, or {MIN_ERROR} to {most:g} {unit}, got {value:g}")
     return JawOptions(
         friction=friction,
         calibration_error=1e-3 * calibration_error,
@@ -191,7 +189,7 @@ def _report(found: GraspedFrame, *, json_wanted: bool) -> None:
     if found.hand.pre_shape:
         say(f"{found.hand.name}: {found.hand.pre_shape}; its description lists the joint positions")
     if any(found.hand.middle_shift):
-        say(f"{found.hand.name}: one jaw moves, so the arm must go to hand.link_pose of a grasp")
+        say(f"{found.hand.name}: one jaw moves, so the arm must go to hand.closed_pose of a grasp")
     if found.grasps:
         show(grasp_table(found), json_wanted=json_wanted)
         for note in (doubt_note(found), *object_notes(found)):

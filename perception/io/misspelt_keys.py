@@ -16,8 +16,14 @@ MIN_SIMILARITY = 0.8
 than `T_world_camera`, has 0.79."""
 
 
-DISTORTION_KEYS = re.compile(r"d|dist|distortion\w*|dist\w*coef\w*|coeffs?|[kp][1-6]", re.I)
+DISTORTION_KEYS = re.compile(
+    r"d|dist|distortion(?!\w*model)\w*|dist\w*coef\w*|coeffs?|[kp][1-6]", re.I
+)
 """Names of other programs for the coefficients of a lens that is no pinhole."""
+COEFFICIENT_KEYS = re.compile(r"[kp][1-6]", re.I)
+"""Names of single coefficients. Files hold two or more; P2 can also be a projection matrix."""
+LENS_SIZES = (4, 5, 8, 12, 14)
+"""Numbers of coefficients of OpenCV's lenses. `dist` can also be a distance."""
 UNIT_KEYS = re.compile(r"(png_)?depth_?(scale|unit|factor)\w*|scale|factor", re.I)
 """Names of other programs for the unit of the depth, in mm, in m, or in units per m."""
 POSE_KEYS = ("pose", "camera_pose", "extrinsic", "extrinsics")
@@ -73,15 +79,23 @@ def refuse_misspelt_keys(keys: Collection[str], optional: Iterable[str]) -> None
 
 def refuse_distortion(values: Mapping[str, Any]) -> None:
     """Raise an `InputError` if a file's content holds coefficients of a lens that are not zero."""
-    for key, value in values.items():
-        if DISTORTION_KEYS.fullmatch(key) and _has_number(value):
-            raise InputError(f"{key} must be zero, got {value}: undistort the images first")
+    found = {k: _numbers(v) for k, v in values.items() if DISTORTION_KEYS.fullmatch(k)}
+    single = [k for k, n in found.items() if COEFFICIENT_KEYS.fullmatch(k) and len(n) == 1]
+    for key, numbers in found.items():
+        if COEFFICIENT_KEYS.fullmatch(key):
+            is_lens = key in single and len(single) > 1
+        else:
+            is_lens = key.lower() != "dist" or len(numbers) in LENS_SIZES
+        if is_lens and any(numbers):
+            raise InputError(f"{key} must be zero, got {values[key]}: undistort the images first")
 
 
-def _has_number(value: Any) -> bool:
-    """Return whether a JSON value or an array holds a number other than zero."""
+def _numbers(value: Any) -> list[Any]:
+    """Return the numbers of a JSON value or an array, one after the other."""
+    if isinstance(value, np.ndarray):
+        value = value.tolist()
     if isinstance(value, dict):
         value = list(value.values())
     if isinstance(value, list):
-        return any(map(_has_number, value))
-    return not isinstance(value, str) and bool(np.any(value))
+        return [number for item in value for number in _numbers(item)]
+    return [] if value is None or isinstance(value, str) else [value]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -26,10 +25,9 @@ COMPILER = {
 }
 """Options of MuJoCo's compiler. Shapes for display stay, because a link can have no others."""
 
-MAX_TURN, FULL_TURN = 12.6, 720.0
-"""Limits of a hinge in this range are in degrees, not in rad: robots turn by two turns at most, and
-limits above 720 mean that there is none."""
-_NUMBER = re.compile(r"[+-]?[0-9.]+(e[+-]?[0-9]+)?", re.IGNORECASE)
+MAX_TURN, FULL_TURN, DEGREES = 12.6, 360.0, 5.0
+"""Limits of a hinge in this range that are whole multiples of 5 are in degrees, not in rad. Robots
+turn by two turns at most; the motors of geared joints turn further."""
 
 
 @dataclass(frozen=True)
@@ -62,12 +60,12 @@ def prepared_urdf(
     _check_tree(path, root)
     for joint in root.findall("joint[@type='revolute']"):
         for limit in joint.iter("limit"):
-            # MuJoCo names the place of what is no number.
-            turns = [v for v in map(limit.get, ("lower", "upper")) if v and _NUMBER.fullmatch(v)]
-            if any(MAX_TURN < abs(float(turn)) <= FULL_TURN for turn in turns):
+            turns = [turn for turn in map(limit.get, ("lower", "upper")) if turn]
+            if _in_degrees(path, turns):
                 raise InputError(
                     f"{path}: joint {joint.get('name')!r} turns from {turns[0]} to {turns[-1]} "
-                    "rad: write the limits of revolute joints in rad, not in degrees"
+                    "rad: write the limits of revolute joints in rad, not in degrees (limits that "
+                    "are in rad must be no multiples of 5)"
                 )
     folders = [Path(folder) for folder in package_dirs]
     listed = os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep)
@@ -96,6 +94,18 @@ def prepared_urdf(
     ElementTree.SubElement(own, "compiler", COMPILER)
     text = ElementTree.tostring(root, encoding="unicode")
     return Urdf(text, meshes, {name: given for given, name in found.items()})
+
+
+def _in_degrees(path: Path, turns: list[str]) -> bool:
+    """Return whether the limits of a revolute joint are probably in degrees."""
+    try:
+        values = np.array([float(turn) for turn in turns])
+    except ValueError as error:
+        raise InputError(
+            f"{path}: limits of a joint must be numbers, got {', '.join(turns)}"
+        ) from error
+    most = np.abs(values).max(initial=0.0)
+    return bool(MAX_TURN < most <= FULL_TURN) and not np.any(values % DEGREES)
 
 
 def _is_possible(inertial: ElementTree.Element) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -190,6 +191,14 @@ def test_file_of_a_hand_is_read(tmp_path, capsys):
     code, out, _ = run(SAMPLE, "--hand", tmp_path / "mine.json", "--json", capsys=capsys)
     assert code == 0
     assert json.loads(out)["rows"]
+
+
+def test_pose_for_a_hand_with_one_moving_jaw_is_named(tmp_path, capsys):
+    file = tmp_path / "mine.json"
+    write_hand(replace(load_hand("panda"), name="mine", middle_shift=(0.04, 0.0), tool=None), file)
+    code, _, err = run(SAMPLE, "--hand", file, "--top", 1, capsys=capsys)
+    assert code == 0
+    assert "mine: one jaw moves, so the arm must go to hand.closed_pose of a grasp" in err
 
 
 def test_small_gripper_gets_no_grasp_and_a_reason(capsys):

@@ -7,6 +7,7 @@ import os
 import shutil
 from importlib.util import find_spec
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -28,6 +29,7 @@ from eyehand.errors import InputError
 from eyehand.grasping.hands import FileChoices, ParallelHand, describe_hand, load_hand
 from eyehand.grasping.hands.hand_files import read_hand
 from eyehand.grasping.hands.robot_file.read_model import read_model
+from eyehand.grasping.hands.robot_file.urdf_text import prepared_urdf
 
 ROBOTS = Path(__file__).resolve().parents[4] / "shared" / "robots"
 MM = 1e-3
@@ -352,6 +354,13 @@ def test_command_writes_a_description_that_grasp_reads(tmp_path, capsys):
     assert json.loads(capsys.readouterr().out)["force"] == [5, 20]
 
 
+@pytest.mark.parametrize("limits", [(-27.7, 27.7), (0.0, 62.8), (-400.0, 400.0)])
+def test_geared_motor_that_turns_often_is_no_joint_in_degrees(limits):
+    text = rack_and_pinion().replace('prismatic"', 'revolute"')
+    text = text.replace('lower="0" upper="0.045"', 'lower="{}" upper="{}"'.format(*limits))
+    assert prepared_urdf(Path("a.urdf"), ElementTree.fromstring(text), ()).text
+
+
 BAD = {
     "empty": ("", "is empty"),
     "no XML": ("hello", "no MJCF or URDF file"),
@@ -366,6 +375,10 @@ BAD = {
     "degrees": (
         rack_and_pinion().replace('prismatic"', 'revolute"').replace('"0.045"', '"40"'),
         "joint 'rack_joint' turns from 0 to 40 rad: write the limits",
+    ),
+    "no number": (
+        rack_and_pinion().replace('prismatic"', 'revolute"').replace('"0.045"', '"1.2.3"'),
+        "limits of a joint must be numbers, got 0, 1.2.3",
     ),
     "finger in mm": (rack_and_pinion(shape=box("12 20 60")), "left is 60 m long, at most 1 m"),
     "no range": (INDEPENDENT.replace('range="0 .03"', ""), "--range is needed: joint 'ja'"),

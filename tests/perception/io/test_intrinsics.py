@@ -211,9 +211,9 @@ def test_misspelt_optional_key_is_rejected(tmp_path: Path, key: str, meant: str)
             [0.2, 0, 0, 0, 0],
             "dist_coeffs must be zero, got .*: undistort the images",
         ),
-        ("dist", [0.1, -0.2], "dist must be zero, got .*: undistort the images"),
+        ("dist", [0.1, -0.2, 0, 0], "dist must be zero, got .*: undistort the images"),
         ("coeffs", {"data": [[0, 0.1]]}, "coeffs must be zero"),
-        ("k1", 0.1, "k1 must be zero, got 0.1"),
+        ("distortion", {"k1": 0.1, "p2": 0.0}, "distortion must be zero"),
         ("depth_units", 0.001, "unknown key depth_units: did you mean depth_scale_mm, in mm per"),
         ("depthScale", 0.1, "unknown key depthScale: did you mean depth_scale_mm"),
         ("scale", 1000, "unknown key scale: did you mean depth_scale_mm"),
@@ -222,6 +222,11 @@ def test_misspelt_optional_key_is_rejected(tmp_path: Path, key: str, meant: str)
 def test_other_cameras_are_rejected(tmp_path: Path, key: str, value: Any, words: str) -> None:
     with pytest.raises(InputError, match=words):
         read_camera_file(_write(tmp_path, FLAT | {key: value}), 640, 480)
+
+
+def test_single_coefficients_of_a_lens_are_rejected(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"k1 must be zero, got 0.1"):
+        read_camera_file(_write(tmp_path, FLAT | {"k1": 0.1, "k2": 0.0}), 640, 480)
 
 
 def test_inverse_pose_is_rejected(tmp_path: Path) -> None:
@@ -235,8 +240,10 @@ def test_other_unknown_keys_are_allowed(tmp_path: Path) -> None:
     added = {
         "T_wrist_camera": 1,
         "distortion": [],
-        "distortion_model": "plumb_bob",
-        "dist": [0],
+        "distortion_model": 2,
+        "dist": 0.8,
+        "P2": [700.0, 0, 320, 45, 0, 700, 240, 0, 0, 0, 1, 0],
+        "p1": 0.5,
         "cam_R_w2c": ROW_MAJOR,
         "height_m": 0.8,
     }

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from eyehand.data_synth.pad import SENSORS
+from eyehand.data_synth.pad import SENSORS, run_bench
 from eyehand.errors import DeviceError, InputError
 from eyehand.tactile import ServoGoal, TactileArray, TactileServo, TouchPhases, calibrate
 from eyehand.tactile.sensors import (
@@ -22,6 +22,7 @@ from ..synthetic_pad import SyntheticPad
 
 PAD = SyntheticPad.draw()
 CALIBRATION = calibrate(PAD.bench())
+SMALL = calibrate(run_bench(SENSORS["good"].readout(16)))
 INFO = SensorInfo("pad", TactileArray.flat(), 250.0)
 DT = 0.004
 
@@ -196,6 +197,42 @@ def test_hard_contact_at_full_scale_is_no_fault_but_a_stuck_row_is():
     assert {fault(press, none) for press in (0, 0, *[2.0] * 30, 0, 0)} == {None}
     assert {fault(0.0, row) for _ in range(4)} == {None}
     assert fault(0.0, row) == "tactels_lost"
+
+
+def test_flat_contact_within_one_image_is_no_fault():
+    monitor = SensorMonitor(INFO, CALIBRATION)
+    rng, faults = np.random.default_rng(0), set()
+    for image in range(40):
+        raw = PAD.raw(np.zeros(256), rng).astype(np.int64)
+        if image >= 10:
+            grid = raw.reshape(16, 16)
+            grid[4:10, 4:10] += 120  # crosstalk, 3 %
+            grid[5:9, 5:9] = 4095
+        faults.add(monitor.check(TactileFrame(DT * image, raw.astype(np.uint16)), DT))
+    assert faults == {None}
+
+
+def test_one_dead_tactel_of_a_small_pad_is_no_fault_but_two_are():
+    array = TactileArray.flat(4, 4)
+    monitor = SensorMonitor(SensorInfo("small", array, 250.0), SMALL)
+    times, rest = count(), SMALL.rest.astype(np.uint16)
+
+    def fault(dead: int) -> str | None:
+        number = next(times)
+        raw = rest + np.uint16(number % 2)
+        raw[:dead] = 0
+        return monitor.check(TactileFrame(DT * number, raw), DT)
+
+    assert {fault(1) for _ in range(20)} == {None}
+    assert [fault(2) for _ in range(5)][-1] == "tactels_lost"
+
+
+@pytest.mark.parametrize(("unit", "fault"), [(1.0, None), (1000.0, "sensor_stopped")])
+def test_slow_control_loop_is_no_fault_of_the_sensor_but_times_in_ms_are(unit, fault):
+    host, rng = count(0.0, 0.03), np.random.default_rng(0)
+    monitor = SensorMonitor(INFO, CALIBRATION, lambda: next(host))
+    frames = [TactileFrame(0.03 * unit * k, PAD.raw(np.zeros(256), rng)) for k in range(60)]
+    assert [monitor.check(frame, DT) for frame in frames][-1] == fault
 
 
 @pytest.mark.parametrize(("unit", "rate"), [(1000.0, 250.0), (1.0, 2500.0)])
