@@ -31,7 +31,7 @@ from .options import MIN_WINDOW, SegmentationOptions
 from .parallel_planes import flat_readings
 from .regions import relabel_by_size, relabel_with_reasons
 from .remove_attached import remove_attached
-from .remove_dividers import remove_dividers
+from .remove_container_parts import remove_container_parts
 from .remove_steep import remove_steep
 from .remove_walls import remove_walls
 from .result import Segmentation
@@ -195,7 +195,7 @@ def _divide_candidates(
     pieces = remove_floating(pieces, image, supports)
     kept = relabel_by_size(pieces, options.min_object)
     labels = remove_attached(kept, labels, image, planes)
-    labels = remove_dividers(labels, image, containers)
+    labels = remove_container_parts(labels, image, containers)
     if labels is not kept:
         pieces[(kept > 0) & (labels == 0)] = 0
     clock.finish("select")

@@ -191,3 +191,31 @@ def test_round_corners_and_walls_above_the_rim_are_no_objects():
         assert len(found.containers) == 1
         assert found.count == 2
         assert min(overlap(found, np.where(labels <= 2, labels, 0))) > 0.8
+
+
+@pytest.mark.parametrize(
+    ("height", "block"),
+    [
+        (0.1, Block((0.202, -0.27, 0.03), (0.015, 0.12, 0.06))),
+        (0.1, Block((0.0, 0.153, 0.108), (0.14, 0.014, 0.016))),
+        (0.1, Block((0.0, 0.153, 0.1065), (0.33, 0.014, 0.013))),
+        (0.1, Block((0.0, 0.146, 0.09), (0.1, 0.01, 0.18))),
+        (0.1, Block((0.155, 0.105, 0.1), (0.16, 0.014, 0.014), -np.pi / 4)),
+        (0.015, Block((0.15, 0.1, 0.007), (0.13, 0.014, 0.014), -np.pi / 4)),
+    ],
+    ids=[
+        "in line with a wall, outside",
+        "pen on a rim",
+        "ruler along a rim",
+        "board at a wall",
+        "pen on the rim across a corner",
+        "pen across the corner of a tray",
+    ],
+)
+def test_things_at_walls_and_corners_are_objects(height, block):
+    thing = Block((0.0, 0.0, 0.02), (0.06, 0.04, 0.04))
+    frame, labels, _ = tub_frame(Tub(yaw=0.0, height=height), [thing, block])
+    found = segment(frame)
+    assert len(found.containers) == 1
+    assert found.count == 2
+    assert min(overlap(found, labels)) > 0.5

@@ -1,4 +1,4 @@
-"""Remove upright sheets from containers: dividers, round corners, walls higher than the rim."""
+"""Remove parts of containers from the objects: dividers, round corners, walls above the rim."""
 
 from __future__ import annotations
 
@@ -26,19 +26,29 @@ PLACES = 16
 """Number of places along a divider."""
 MIN_SHARE = 0.3
 """Minimum height of a divider, as a share of the rim's height."""
+MIN_COVER = 0.75
+"""Minimum share of a wall's length that a region in its plane covers. Sides that slope down to a
+low front cover 0.81 and more; things on a rim or at a wall are shorter."""
+MIN_RISE = 0.02
+"""Minimum height of such a region above the rim, m: more than pens and rulers on a rim."""
+CORNER_FOOT = 0.5
+"""Maximum height of the lowest readings of a round corner, as a share of the rim's height. What
+lies across a corner on the rim shows none so low. It is also taller than `MAX_WIDTH`: a pen across
+the corner of a tray is not."""
 SAMPLES = 1200
 """Readings of a region that are measured."""
 
 
-def remove_dividers(
+def remove_container_parts(
     labels: NDArray[np.int32], image: WorkingImage, found: list[FoundContainer]
 ) -> NDArray[np.int32]:
     """Drop the regions that are dividers, corners or walls, and number the others in their order.
 
     A divider is straight, parallel to two walls of its container, and ends at the other two. Its
     upper edge has one height. The walls between two containers side by side look the same.
-    Round corners end at two walls beside each other, at the rim. Walls of unequal height lie in the
-    plane of a wall above its measured rim.
+    A round corner ends at two walls beside each other. It reaches up to the rim and far down.
+    A wall above the measured rim lies in the plane of a wall, between its neighbours, along most of
+    its length. All else stays: a lost object is worse than a false one.
 
     Parameters
     ----------
@@ -59,13 +69,13 @@ def remove_dividers(
         rows, columns = np.nonzero((labels == label) & (image.disparity > 0))
         step = max(int(sizes[label]) // SAMPLES, 1)
         points = image.points(rows[::step], columns[::step])
-        stays[label] = not any(_divides(points, one) for one in found)
+        stays[label] = not any(_is_container_part(points, one) for one in found)
     if stays[1:].all():
         return labels
     return renumber_labels(labels, np.where(stays, np.cumsum(stays), 0).astype(np.int32))
 
 
-def _divides(points: NDArray[np.float64], found: FoundContainer) -> bool:
+def _is_container_part(points: NDArray[np.float64], found: FoundContainer) -> bool:
     """Return whether readings (N, 3) are a divider, a corner or a wall of a container."""
     sides, rim = found.sides, found.container.rim
     if len(sides) != 4 or len(points) < PLACES:
@@ -74,24 +84,33 @@ def _divides(points: NDArray[np.float64], found: FoundContainer) -> bool:
     plan = points @ found.support.axes.T
     # Distances inside the inner edges of the rim, for each wall.
     gaps = sides[:, 2] - plan @ sides[:, :2].T + sides[:, 4] * (heights[:, None] - rim)
-    low, high = np.quantile(gaps, [0.1, 0.9], axis=0)
-    if ((low > -OUTER_MARGIN) & (high < WALL_BAND) & (sides[:, 3] > 0)).any():
-        return True
-    over = np.quantile(heights, 0.98) - rim
-    if over > MAX_OVER_RIM:
-        return False
-    nearest = np.quantile(gaps, 0.02, axis=0)
-    for axis, gap in enumerate(gaps.T):
-        after = (axis + 1) % 4
-        across = np.quantile(gap + gaps[:, after], [0.1, 0.9]) / np.sqrt(2)
-        ends = np.abs(nearest[[axis, after]]) <= MAX_END_GAP
-        if ends.all() and over > -LEVEL and across[1] - across[0] <= MAX_WIDTH:
-            return True
+    foot, top = np.quantile(heights, [0.02, 0.98])
+    if top - rim > MAX_OVER_RIM:
+        return bool(top - rim >= MIN_RISE and _covers_wall(gaps, sides))
+    if top - rim > -LEVEL and foot <= min(CORNER_FOOT * rim, top - MAX_WIDTH):
+        for first, second in zip(gaps.T, np.roll(gaps, -1, axis=1).T, strict=True):
+            ends = np.quantile([first, second], 0.02, axis=1)
+            across = np.ptp(np.quantile(first + second, [0.1, 0.9])) / np.sqrt(2)
+            if (np.abs(ends) <= MAX_END_GAP).all() and across <= MAX_WIDTH:
+                return True
     for axis in (0, 1):
         ends = np.sort(gaps[:, [axis, axis + 2]], axis=0)[round(0.02 * (len(plan) - 1))]
         if (np.abs(ends) <= MAX_END_GAP).all() and _is_sheet(
             gaps[:, axis], gaps[:, 1 - axis], heights, MIN_SHARE * rim
         ):
+            return True
+    return False
+
+
+def _covers_wall(gaps: NDArray[np.float64], sides: NDArray[np.float64]) -> bool:
+    """Return whether readings, by distances (N, 4) from the walls, lie along most of one wall."""
+    nearest, low, high = np.quantile(gaps, [0.02, 0.1, 0.9], axis=0)
+    between = low > -OUTER_MARGIN
+    in_plane = between & (high < WALL_BAND) & (sides[:, 3] > 0)
+    for axis in np.flatnonzero(in_plane):
+        ends = [axis - 1, (axis + 1) % 4]
+        length = sides[ends, 2].sum()
+        if between[ends].all() and nearest[ends].clip(0.0).sum() <= (1 - MIN_COVER) * length:
             return True
     return False
 
