@@ -11,12 +11,18 @@ from numpy.typing import NDArray
 from eyehand.errors import InputError
 
 from .mujoco_binding import Model, mujoco
+from .proximity_tables import FULL_SCALE
 from .robot_model import RobotModel
 
 _NO_DISTANCE = (int(mujoco.mjtGeom.mjGEOM_HFIELD), int(mujoco.mjtGeom.mjGEOM_SDF))
 STEADY_M = 0.01
 """Two parts of the robot nearer than this in every posture are never checked, m. With the usual
 margin of the controller, 10 mm, they would stop the arm, although no joint moves them apart."""
+HOME_M = 0.011
+"""Least distance that two parts of the robot count as having in the home posture, m. It is the
+usual margin of the controller and 1 mm, so that the arm can reach that posture."""
+LEAST_M = 0.001
+"""Least distance at home for which this holds, m. Parts that are nearer there stop the arm."""
 POSTURES = 16
 """Number of random postures in which such parts are measured."""
 
@@ -73,14 +79,18 @@ def sort_pairs(
     geoms: CollisionGeoms,
     self_margin: float,
     distances: Callable[[NDArray[np.float64], list[tuple[int, int]]], NDArray[np.float64]],
-) -> tuple[list[tuple[int, int]], tuple[tuple[str, str], ...]]:
+) -> tuple[list[tuple[int, int, int]], tuple[tuple[str, str], ...]]:
     """Return the pairs of the file to check, and the names of those to ignore.
 
-    ``distances`` returns the distances (P,), m, of P pairs at joint positions (n,).
+    ``distances`` returns the distances (P,), m, of P pairs at joint positions (n,). The third
+    number of a pair is the scale of its distance in thousandths. It is larger than one for parts of
+    the robot that are nearer than HOME_M at home, and makes HOME_M of that distance. So the arm
+    reaches home, and the parts still never overlap.
     """
     pairs = candidate_pairs(robot, geoms)
     own = np.array([b in geoms.robot for _, b in pairs], dtype=bool)
     farthest = distances(robot.home, pairs)
+    scale = np.where(own, HOME_M / np.clip(farthest, LEAST_M, HOME_M), 1.0)
     ignore = farthest < np.where(own, self_margin, 0.0)
     low, high = np.clip((robot.lower, robot.upper), robot.home - np.pi, robot.home + np.pi)
     for q in np.random.default_rng(0).uniform(low, high, (POSTURES, robot.n)):
@@ -89,7 +99,8 @@ def sort_pairs(
     ignore |= own & (farthest < STEADY_M)
     named = [(geoms.names[a], geoms.names[b]) for a, b in pairs]
     ignored = tuple(named[k] for k in np.flatnonzero(ignore))
-    return [pairs[k] for k in np.flatnonzero(~ignore)], ignored
+    scales = np.ceil(FULL_SCALE * scale).astype(int).tolist()
+    return [(*pairs[k], scales[k]) for k in np.flatnonzero(~ignore)], ignored
 
 
 def candidate_pairs(robot: RobotModel, geoms: CollisionGeoms) -> list[tuple[int, int]]:

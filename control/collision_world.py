@@ -302,7 +302,7 @@ class CollisionWorld:
         self._motion[geom, :3] = pose.translation + shift
         self._motion[geom, 3:] = self._motions.twist(name)
 
-    def _sort_file_pairs(self) -> tuple[list[tuple[int, int]], tuple[tuple[str, str], ...]]:
+    def _sort_file_pairs(self) -> tuple[list[tuple[int, int, int]], tuple[tuple[str, str], ...]]:
         """Return the pairs of the robot's file to check, and the names of those to ignore."""
         self._file_pairs = []
         self._update_tables()

@@ -40,7 +40,8 @@ class ControlOptions:
     safety: bool = True
     """Whether a quadratic program above all tasks limits distances, joint positions and speeds."""
     margin: float = 0.01
-    """Minimum distance between robot and obstacles, and between two parts of the robot, m."""
+    """Minimum distance between robot and obstacles, and between two parts of the robot, m. Two
+    parts that are nearer than 11 mm in the home posture may come nearer in proportion."""
     damper: float = 0.15
     """Fraction of the distance left to the margin that one cycle may use up. A larger one is faster
     near obstacles, and leaves less reserve for the error of the linearisation."""

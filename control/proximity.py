@@ -17,7 +17,9 @@ class Proximity:
     names: tuple[tuple[str, str], ...]
     """Names of the pairs: a part of the robot, and an obstacle or another part."""
     distance: NDArray[np.float64]
-    """Signed distance (P,), m. If the parts overlap, it is the negative penetration depth."""
+    """Signed distance (P,), m. If the parts overlap, it is the negative penetration depth. The
+    distance of two parts of the robot nearer than 11 mm in the home posture is scaled such that it
+    is 11 mm there, and so is its derivative."""
     normal: NDArray[np.float64]
     """Unit directions (P, 3), world, in which the part of the robot moves away from the other
     part."""

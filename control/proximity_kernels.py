@@ -14,7 +14,15 @@ from numba import njit
 from .distance_kernels import TOUCHING_M, gap, measure, measure_apart
 from .kinematics_kernels import set_posture
 from .mujoco_binding import address
-from .proximity_tables import HELD_AXES, HELD_BODY, HELD_GEOM, HELD_POSITION, ProximityTables, World
+from .proximity_tables import (
+    FULL_SCALE,
+    HELD_AXES,
+    HELD_BODY,
+    HELD_GEOM,
+    HELD_POSITION,
+    ProximityTables,
+    World,
+)
 
 NEAR_COLUMNS = 14
 """Columns of the array that `measure_near` fills."""
@@ -76,9 +84,10 @@ def measure_near(near, world, pairs, needed):
     """Fill rows of ``near`` (pairs, NEAR_COLUMNS) for the poses in the data; return their count.
 
     A row holds the pair, its distance, the wrench on the robot's part (force, moment about the
-    world's origin), the closest points on the robot's and on the other part. ``world`` is a
-    :class:`World`, the rest are fields of :class:`ProximityTables`. A pair beyond its distance in
-    ``needed`` (pairs,), m, is left out if a nearer one was found before.
+    world's origin), the closest points on the robot's and on the other part. Distance and wrench
+    are multiplied by the scale of the pair. ``world`` is a :class:`World`, the rest are fields of
+    :class:`ProximityTables`. A pair beyond its distance in ``needed`` (pairs,), m, is left out if a
+    nearer one was found before.
     """
     # Read once, because each access to an array of a named tuple counts its references.
     positions, matrices, shapes = world.positions, world.matrices, world.shapes
@@ -87,15 +96,17 @@ def measure_near(near, world, pairs, needed):
     count, least = 0, np.inf
     for pair in range(len(pairs)):
         a, b = pairs[pair, 0], pairs[pair, 1]
-        apart = gap(a, b, positions, matrices, shapes)
+        scale = pairs[pair, 2] / FULL_SCALE
+        apart = scale * gap(a, b, positions, matrices, shapes)
         if apart >= cut_off or (apart >= needed[pair] and apart >= least):
             continue
-        if apart > TOUCHING_M:
+        if apart > scale * TOUCHING_M:
             distance = measure_apart(world.model, world.data, a, b, cut_off, contact)
         else:
             distance = measure(world, a, b, cut_off, contact)
+        distance *= scale
         if distance < cut_off:
-            x, y, z = contact[0], contact[1], contact[2]
+            x, y, z = scale * contact[0], scale * contact[1], scale * contact[2]
             near[count, 0], near[count, 1] = pair, distance
             near[count, 2], near[count, 3], near[count, 4] = x, y, z
             near[count, 5] = contact[4] * z - contact[5] * y
@@ -170,7 +181,7 @@ def _results(near, pairs, anchors, axes, joints, moves, motion):
         index[row] = pair
         distance[row] = near[row, 1]
         for axis in range(3):
-            normal[row, axis] = near[row, 2 + axis]
+            normal[row, axis] = near[row, 2 + axis] * FULL_SCALE / pairs[pair, 2]
             on_robot[row, axis] = near[row, 8 + axis]
             on_other[row, axis] = near[row, 11 + axis]
         drift[row] = distance_row(

@@ -14,6 +14,8 @@ from .mujoco_binding import Data, Model, address
 
 KIND, BOUND, MIDDLE, HALF, SIZE = 0, 1, 2, 5, 8
 """Columns of :attr:`ProximityTables.shapes`."""
+FULL_SCALE = 1000
+"""Scale of a distance that is not changed, in :attr:`ProximityTables.pairs`."""
 HELD_GEOM, HELD_BODY, HELD_POSITION, HELD_AXES = 0, 1, 2, 5
 """Columns of :attr:`ProximityTables.held`."""
 
@@ -37,7 +39,8 @@ class ProximityTables:
     """(geoms, 9): origin of an obstacle, its linear velocity there and its angular velocity,
     world."""
     pairs: NDArray[np.int64]
-    """(pairs, 2): the two geoms, that of the robot first."""
+    """(pairs, 3): the two geoms, that of the robot first, and the scale of their distance in
+    thousandths, see `collision_pairs.sort_pairs`."""
     names: tuple[tuple[str, str], ...]
     """Names of the pairs."""
     held: NDArray[np.float64]

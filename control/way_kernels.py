@@ -14,7 +14,7 @@ from .distance_bounds import APPROACHING, Chain, bounds_at_stop, distance_rows, 
 from .kinematics_kernels import set_posture
 from .packed_options import DAMPER, DT, INFLUENCE, MARGIN
 from .proximity_kernels import NEAR_COLUMNS, measure_near, update_held_geoms
-from .proximity_tables import BOUND, World
+from .proximity_tables import BOUND, FULL_SCALE, World
 from .safety_kernels import SLACK
 
 MOVING = 1e-9
@@ -57,7 +57,7 @@ def add_way_bounds(arm, near, case, needed, count, bounds, used):
     """
     world, chain, n = arm.world, arm.chain, len(case.q)
     every = len(chain.pairs)
-    chosen, pairs = np.empty(every, np.int64), np.empty((every, 2), np.int64)
+    chosen, pairs = np.empty(every, np.int64), np.empty((every, 3), np.int64)
     # A pair that was not measured in this posture is beyond the cut-off, or not needed.
     distances = np.full(every, world.cut_off)
     for row in range(len(near)):
@@ -66,7 +66,7 @@ def add_way_bounds(arm, near, case, needed, count, bounds, used):
     for pair in range(every):
         if distances[pair] < needed[pair]:
             chosen[size] = pair
-            pairs[size, 0], pairs[size, 1] = chain.pairs[pair, 0], chain.pairs[pair, 1]
+            pairs[size] = chain.pairs[pair]
             size += 1
     if size == 0:
         return used
@@ -145,9 +145,10 @@ def needed_distances(arm, case, needed):
     for pair in range(len(pairs)):
         a, b = pairs[pair, 0], pairs[pair, 1]
         travel = swept = closing = 0.0
+        scale = pairs[pair, 2] / FULL_SCALE
         for column in range(n):
             if moves[a, column] != moves[b, column]:
-                lever = levers[a, column] + levers[b, column]
+                lever = scale * (levers[a, column] + levers[b, column])
                 travel += lever * way[column]
                 swept += lever * change[column]
                 closing += lever * fastest[column]

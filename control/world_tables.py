@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from .held_object import HeldObject, held_pairs, held_row
-from .proximity_tables import ProximityTables
+from .proximity_tables import FULL_SCALE, ProximityTables
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -40,7 +40,7 @@ def build_tables(
     robot: RobotModel,
     world: WorldModel,
     geoms: CollisionGeoms,
-    file_pairs: list[tuple[int, int]],
+    file_pairs: list[tuple[int, int, int]],
     added: AddedGeoms,
     arrays: GeomArrays,
     options: CollisionOptions,
@@ -56,9 +56,9 @@ def build_tables(
     moves = np.zeros((model.ngeom, robot.n), dtype=bool)
     moves[: len(geoms.moves)] = geoms.moves
     moves[held] = robot.moves[robot.frame_body]
-    pairs = list(file_pairs)
-    pairs += [(a, b) for a in (*geoms.robot, *held) for b in added.obstacles.values()]
-    pairs += held_pairs(robot, geoms, held, moves)
+    new = [(a, b) for a in (*geoms.robot, *held) for b in added.obstacles.values()]
+    new += held_pairs(robot, geoms, held, moves)
+    pairs = [*file_pairs, *((a, b, FULL_SCALE) for a, b in new)]
     rows = [held_row(robot, model, placed[one.name], one.pose) for one in added.objects]
     return ProximityTables(
         model=model,
@@ -67,8 +67,8 @@ def build_tables(
         moves=moves,
         shapes=arrays.shapes,
         motion=arrays.motion,
-        pairs=np.array(pairs, dtype=np.int64).reshape(-1, 2),
-        names=tuple((names[a], names[b]) for a, b in pairs),
+        pairs=np.array(pairs, dtype=np.int64).reshape(-1, 3),
+        names=tuple((names[a], names[b]) for a, b, _ in pairs),
         held=np.array(rows).reshape(-1, 14),
         cut_off=options.cut_off,
     )

@@ -27,6 +27,9 @@ from .jaw_assembly import TOOL_FRAME
 
 FOLDER_VARIABLE = "EYEHAND_ROBOTS"
 """Environment variable with the folder of the robots' files."""
+BEHIND_M = 0.02
+"""Largest distance of the fingertips behind the flange that is accepted, m. A hand that points
+sideways may be a few millimetres behind."""
 LOCAL_FOLDER = Path("robots")
 """Folder of the working directory that is searched as well."""
 
@@ -301,10 +304,12 @@ def jaw_robot(
         data = import_mujoco().MjData(model)
         import_mujoco().mj_kinematics(model, data)
         carrier = data.site(flange)
-        ahead = (data.site(TOOL_FRAME).xpos - carrier.xpos) @ carrier.xmat.reshape(3, 3)[:, 2]
-        if ahead < 0.0:
+        tips = (data.site(TOOL_FRAME).xpos - carrier.xpos) @ carrier.xmat.reshape(3, 3)
+        ahead, beside = float(tips[2]), math.hypot(tips[0], tips[1])
+        if ahead < -BEHIND_M:
+            turn = ", by half a turn: 0 0 0 3.14 0 0" if -ahead > beside else ""
             raise InputError(
                 f"{hand.name}: the fingertips are {-1e3 * ahead:.0f} mm behind the arm's flange: "
-                "turn the hand with --mount, by half a turn: 0 0 0 3.14 0 0"
+                f"turn the hand with --mount{turn}"
             )
     return made

@@ -53,7 +53,7 @@ def proximity_reference(tables: ProximityTables, q: NDArray[np.float64]) -> tupl
     near = np.flatnonzero(_lower_bounds(tables) < tables.cut_off)
     measured = [
         (pair, *measure_exact(tables, int(a), int(b), tables.cut_off))
-        for pair, (a, b) in zip(near.tolist(), tables.pairs[near], strict=True)
+        for pair, (a, b, _) in zip(near.tolist(), tables.pairs[near], strict=True)
     ]
     return _results(tables, [one for one in measured if one[1] < tables.cut_off])
 
@@ -119,7 +119,7 @@ def _capsule_in_box(tables: ProximityTables, capsule: int, box: int) -> Measured
 
 def _lower_bounds(tables: ProximityTables) -> Array:
     """Return lower bounds on the distances of all pairs, from bounding spheres and boxes."""
-    a, b = tables.pairs.T
+    a, b = tables.pairs[:, :2].T
     gaps = np.maximum(_sphere_box_distance(tables, a, b), _sphere_box_distance(tables, b, a))
     planes = tables.shapes[b, KIND] == _PLANE
     if planes.any():
@@ -157,7 +157,7 @@ def _results(tables: ProximityTables, found: list) -> tuple:
         np.array([row[k] for row in found]).reshape(-1, 3) for k in (2, 3, 4)
     )
     moment = np.cross(on_robot, force)
-    a, b = tables.pairs[index].T
+    a, b = tables.pairs[index, :2].T
     side = tables.moves[a].astype(np.float64) - tables.moves[b]
     axes = tables.data.xaxis[tables.joints[:, 1]]
     anchors = tables.data.xanchor[tables.joints[:, 1]]

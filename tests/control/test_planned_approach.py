@@ -29,7 +29,7 @@ from eyehand.control.joint_path import SPEED_FRACTION, resample_path
 from eyehand.control.joint_planner import find_path, make_space, solutions
 from eyehand.control.options import ControlOptions
 from eyehand.control.planner import _Search
-from eyehand.control.tasks import AxisAlignment, PointOnPlane, Position
+from eyehand.control.tasks import AxisAlignment, PointOnPlane, Position, Posture
 from eyehand.data_synth import LBR_ARM
 from eyehand.data_synth.scenes import make_reaching_scene
 
@@ -382,3 +382,26 @@ def test_goal_inside_an_obstacle_ends_as_stuck_and_names_it():
         cycles += 1
     assert step.status == "stuck"
     assert "block" in step.reason
+
+
+@pytest.mark.parametrize(("gap", "margin"), [(0.008, 0.01), (0.0055, 0.006)])
+def test_parts_near_each_other_at_home_reach_home_and_never_overlap(gap, margin):
+    arm = f"""<mujoco><worldbody><body><joint name="turn" axis="0 0 1" range="-120 120"/>
+    <geom name="rest" type="box" size=".01 .01 .02" pos=".3 0 -.02"/>
+    <body><joint name="bend" axis="0 1 0" range="-120 120"/><inertial pos="0 0 0" mass="1"
+    diaginertia="1 1 1"/><body pos=".3 0 0"><joint name="roll" range="-120 120"/>
+    <geom name="tip" size=".01" pos="0 0 {0.01 + gap}"/><site name="tool"/></body></body></body>
+    </worldbody></mujoco>"""
+    robot = RobotModel.load(arm, "tool", home=[0.0, 0.0, 0.0])
+    world = CollisionWorld(robot)
+    options = ControlOptions(margin=margin)
+    q = np.array([0.2, -0.6, 0.0])
+    for bend, status in ((0.0, "reached"), (0.1, "stuck")):
+        goal = Posture(np.array([0.0, bend, 0.0]), speed=1.0)
+        motion = PlannedApproach(world, (goal,), options)
+        step = motion.step(q)
+        while step.status == "moving":
+            q = q + options.dt * step.velocity
+            step = motion.step(q)
+            assert gap - 0.3 * np.sin(q[1]) > 0.4 * margin
+        assert step.status == status

@@ -163,6 +163,14 @@ def test_hand_that_points_into_the_arm_is_refused(tmp_path):
     (tmp_path / "floating.xml").write_text(FLOATING)
     with pytest.raises(InputError, match=r"70 mm behind the arm's flange.*half a turn"):
         make_robot("ur5e", "floating.xml", (0.0, 0.0, 0.0, np.pi, 0.0, 0.0))
+    with pytest.raises(InputError, match=r"behind the arm's flange: turn the hand with --mount$"):
+        make_robot("ur5e", "floating.xml", (0.0, 0.0, 0.0, 0.0, 2.0, 0.0))
+
+
+@needs_files
+def test_hand_that_points_sideways_is_accepted(tmp_path):
+    (tmp_path / "floating.xml").write_text(FLOATING)
+    make_robot("ur5e", "floating.xml", (0.0, 0.0, 0.0, 0.0, 1.571, 0.0))
 
 
 @pytest.mark.parametrize(
