@@ -25,7 +25,8 @@ LEVEL = 0.008
 PLACES = 16
 """Number of places along a divider."""
 MIN_SHARE = 0.3
-"""Minimum height of a divider, as a share of the rim's height."""
+"""Minimum height of a divider, as a share of the rim's height. It is also higher than `MAX_WIDTH`:
+a ruler from wall to wall of a tray is not."""
 MIN_COVER = 0.75
 """Minimum share of a wall's length that a region in its plane covers. Sides that slope down to a
 low front cover 0.81 and more; things on a rim or at a wall are shorter."""
@@ -96,7 +97,7 @@ def _is_container_part(points: NDArray[np.float64], found: FoundContainer) -> bo
     for axis in (0, 1):
         ends = np.sort(gaps[:, [axis, axis + 2]], axis=0)[round(0.02 * (len(plan) - 1))]
         if (np.abs(ends) <= MAX_END_GAP).all() and _is_sheet(
-            gaps[:, axis], gaps[:, 1 - axis], heights, MIN_SHARE * rim
+            gaps[:, axis], gaps[:, 1 - axis], heights, max(MIN_SHARE * rim, MAX_WIDTH)
         ):
             return True
     return False

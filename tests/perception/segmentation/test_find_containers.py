@@ -202,6 +202,7 @@ def test_round_corners_and_walls_above_the_rim_are_no_objects():
         (0.1, Block((0.0, 0.146, 0.09), (0.1, 0.01, 0.18))),
         (0.1, Block((0.155, 0.105, 0.1), (0.16, 0.014, 0.014), -np.pi / 4)),
         (0.015, Block((0.15, 0.1, 0.007), (0.13, 0.014, 0.014), -np.pi / 4)),
+        (0.025, Block((0.1, 0.0, 0.007), (0.014, 0.29, 0.014))),
     ],
     ids=[
         "in line with a wall, outside",
@@ -210,6 +211,7 @@ def test_round_corners_and_walls_above_the_rim_are_no_objects():
         "board at a wall",
         "pen on the rim across a corner",
         "pen across the corner of a tray",
+        "ruler from wall to wall of a tray",
     ],
 )
 def test_things_at_walls_and_corners_are_objects(height, block):
