@@ -10,7 +10,7 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-LATE = 0.1
+LATE = 0.06
 """Time by which the arm may follow late, s. Networks add 0.005 to 0.03 s."""
 MIN_TRAVEL = 0.1
 """Commanded rotation of a joint from which its direction is judged, rad."""

@@ -11,10 +11,7 @@ from .parameters import N_PARAMETERS
 from .shape import PARAMETER_COUNT, Kind
 
 EDGE_EXPONENT = 0.1
-"""Exponent of the edges of cylinders. At 0.04 their diameters are 0.5 mm too small."""
-BOX_EXPONENT = 0.06
-"""Exponents of boxes. A lower value gives exact boxes truer sizes, but a side of which only one end
-was seen, without a view, becomes more uncertain: at 0.04 some are 40 mm too long."""
+"""Exponent of the sharp edges of boxes and cylinders."""
 
 
 @cache
@@ -48,7 +45,7 @@ def fixed_exponents(kind: Kind) -> tuple[float, float] | None:
         "sphere": (1.0, 1.0),
         "ellipsoid": (1.0, 1.0),
         "cylinder": (EDGE_EXPONENT, 1.0),
-        "box": (BOX_EXPONENT, BOX_EXPONENT),
+        "box": (EDGE_EXPONENT, EDGE_EXPONENT),
     }
     return fixed.get(kind)
 

@@ -112,9 +112,9 @@ def motions(period, peak, rng):
         yield from rng.choice([-1, 1]) * np.concatenate([ramp, cruise, ramp[::-1], pause])
 
 
-@pytest.mark.parametrize(("delay", "peak"), [(8, 3.0), (15, 1.5), (25, 1.0), (25, 3.0)])
+@pytest.mark.parametrize(("delay", "peak"), [(8, 1.0), (8, 3.0), (15, 1.5), (15, 3.0)])
 def test_late_arm_that_reverses_has_no_fault(delay, peak):
-    """Delays of 32 to 100 ms."""
+    """Delays of 32 and 60 ms."""
     robot = FakeRobot()
     states = [robot.read()] * (delay + 1)
 

@@ -6,7 +6,7 @@ from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.perception import FitOptions, Superquadric, SuperquadricFit, fit_superquadric
 from eyehand.perception.superquadric import PARAMETERS, Kind, Uncertainty, canonical, sample_surface
-from eyehand.perception.superquadric.kinds import BOX_EXPONENT, basis
+from eyehand.perception.superquadric.kinds import basis
 
 REPEATS = 40
 NOISE = 0.002
@@ -18,7 +18,7 @@ SOLIDS: dict[Kind, tuple[list[float], tuple[float, float], tuple[float, float]]]
     "cylinder": ([0.04, 0.04, 0.05], (0.1, 1.0), (0.0, 0.0)),
     "ellipsoid": ([0.06, 0.045, 0.03], (1.0, 1.0), (0.0, 0.0)),
     # Longest along z: the canonical form permutes these axes.
-    "box": ([0.03, 0.04, 0.06], (BOX_EXPONENT, BOX_EXPONENT), (0.0, 0.0)),
+    "box": ([0.03, 0.04, 0.06], (0.1, 0.1), (0.0, 0.0)),
     "superquadric": ([0.035, 0.05, 0.03], (0.5, 0.7), (0.0, 0.0)),
     "tapered": ([0.035, 0.045, 0.05], (0.5, 0.8), (0.15, 0.3)),
 }
@@ -52,7 +52,7 @@ def uncertainty_of(fit: SuperquadricFit) -> Uncertainty:
 def fit_front_view(kind: Kind, axes: list[float], seed: int) -> SuperquadricFit:
     """Fit a solid on a table, viewed from the front at 0.7 m: all points lie on its -y side."""
     rng = np.random.default_rng(seed)
-    exponents = {"box": (BOX_EXPONENT, BOX_EXPONENT), "sphere": (1.0, 1.0)}[kind]
+    exponents = {"box": (0.1, 0.1), "sphere": (1.0, 1.0)}[kind]
     solid = Superquadric(np.array(axes), exponents, RigidTransform.identity(), kind)
     camera = np.array([0.0, -0.7, 0.0])
     points = sample_surface(solid, 15000, rng)
