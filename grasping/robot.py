@@ -56,8 +56,8 @@ class ArmReading:
 class Arm(Protocol):
     """The driver of an arm.
 
-    It reports a lost connection by an exception. The arm must stop by itself
-    when commands stay away.
+    It raises an exception for a lost connection. The arm must stop by itself when commands stay
+    away.
     """
 
     @property
@@ -106,7 +106,7 @@ class Camera(Protocol):
     def capture(self) -> DepthFrame:
         """Capture a depth image without the robot, as `Robot.capture`.
 
-        A dropped frame is an exception.
+        It raises an exception for a dropped frame.
         """
         ...
 
