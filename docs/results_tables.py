@@ -6,7 +6,8 @@ Store a measurement, then rewrite the tables of all pages:
     python docs/results_tables.py store NAME "eyehand evaluate grasp --scenes 40" report.json
     python docs/results_tables.py
 
-Several reports `LABEL=report.json` make one table; their rows get the field `label`.
+The file may also come from `make bench ARGS="--benchmark-json=report.json"`. Several
+reports `LABEL=report.json` make one table; their rows get the field `label`.
 
 A page names the columns of a table before it. Each is a heading and a format of the row's fields:
 
@@ -64,9 +65,18 @@ def joined_report(files: Sequence[str]) -> dict[str, Any]:
     for file in files:
         label, _, path = file.rpartition("=")
         content = json.loads(Path(path).read_text(encoding="utf-8"))
+        if "benchmarks" in content:
+            content = {"rows": [_timed(mark) for mark in content["benchmarks"]]}
         report = report or content
         rows += [({"label": label} if label else {}) | row for row in content["rows"]]
     return report | {"rows": rows}
+
+
+def _timed(mark: dict[str, Any]) -> dict[str, Any]:
+    """Return the row of one benchmark of pytest-benchmark: what was timed, median and quartiles."""
+    name = mark["name"].removeprefix("test_").removeprefix("benchmark_").replace("_", " ")
+    times = {key: 1000.0 * mark["stats"][key] for key in ("median", "q1", "q3")}
+    return {"name": name} | {f"{key}_ms": time for key, time in times.items()}
 
 
 def store(name: str, command: str, report: dict[str, Any], folder: Path = DOCS / "results") -> Path:

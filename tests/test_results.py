@@ -65,6 +65,14 @@ def test_one_table_joins_stored_reports_and_names_the_command_of_each(tmp_path):
     assert "- second: `eyehand two`," in text
 
 
+def test_a_report_of_pytest_benchmark_gives_a_row_per_test(tmp_path):
+    stats = {"median": 0.02, "q1": 0.019, "q3": 0.025}
+    file = tmp_path / "bench.json"
+    file.write_text(json.dumps({"benchmarks": [{"name": "test_benchmark_read", "stats": stats}]}))
+    (row,) = TABLES["joined_report"]([str(file)])["rows"]
+    assert row == {"name": "read", "median_ms": 20.0, "q1_ms": 19.0, "q3_ms": 25.0}
+
+
 def test_column_without_a_field_is_an_error(tmp_path):
     TABLES["store"]("one", "eyehand", {"rows": [{"name": "a"}]}, tmp_path)
     with pytest.raises(KeyError, match="rate"):

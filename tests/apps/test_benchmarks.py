@@ -3,6 +3,7 @@
 import pytest
 
 from eyehand.data_synth import DepthNoise, TabletopOptions, make_scene, render_frame
+from eyehand.grasping import load_hand, plan_grasps
 from eyehand.perception import fit_superquadric, perceive, segment, warm_up
 
 
@@ -20,6 +21,11 @@ def test_segment_640x480(benchmark, frame):
 
 def test_perceive_640x480_five_objects(benchmark, frame):
     assert len(benchmark(perceive, frame).objects) == 5
+
+
+def test_plan_grasps_of_five_objects(benchmark, frame):
+    scene = perceive(frame)
+    assert benchmark(plan_grasps, scene, load_hand("panda"))
 
 
 def test_fit_one_object_of_the_frame(benchmark, frame):
