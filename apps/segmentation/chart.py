@@ -136,7 +136,6 @@ BOARD = DialBoard(
         "join_occluded": (True, False),
         "colour_edges": (True, False),
         "split_solids": (False, True),
-        "scale_vote": (False, True),
     },
     # A larger stride needs a smaller window. Threads save time on idle cores only, and no setting
     # with two was on a front. Without the stages the time is shortest.
@@ -155,14 +154,12 @@ BOARD = DialBoard(
         ("join_occluded", False): "occluded parts not joined",
         ("colour_edges", False): "no colour",
         ("split_solids", True): "solids split",
-        ("scale_vote", True): "vote of scales",
         ("median", True): "median",
         ("shift_windows", True): "shift",
         ("join_open", True): "hollow objects joined",
         ("join_occluded", True): "occluded parts joined",
         ("colour_edges", True): "colour",
         ("split_solids", False): "no solid split",
-        ("scale_vote", False): "one scale",
     },
     bare=STAGES,
 )

@@ -19,7 +19,7 @@ HIDDEN = "its parts were joined behind an occluder"
 NEARLY = "the evidence nearly joined it with its neighbour"
 COLOURED = "two plain colours meet on it along a straight edge"
 CUT = "it was split from its neighbour along a colour edge alone"
-SCALES = "patches of another size divide it"
+SCALES = "a lower resolution divides it, joins it with its neighbour or loses it"
 SOLIDS = "it was split from its neighbour because two solids fit better than one"
 
 

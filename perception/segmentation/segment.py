@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import time
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..frame import DepthFrame
 from .above_support import above_support, candidate_window
-from .ambiguity import UncertainJoin, resolve_ambiguity
+from .ambiguity import SCALES, UncertainJoin, resolve_ambiguity
 from .block_heights import block_heights
 from .cut_necks import cut_necks
 from .find_containers import find_containers, include_floors
@@ -27,7 +26,7 @@ from .join_open import fill_mouths, join_open
 from .join_patches import join_patches
 from .local_planes import fit_local_planes
 from .measure_container import FoundContainer
-from .options import MIN_WINDOW, SegmentationOptions
+from .options import SegmentationOptions
 from .parallel_planes import flat_readings
 from .regions import relabel_by_size, relabel_with_reasons
 from .remove_attached import remove_attached
@@ -35,7 +34,7 @@ from .remove_container_parts import remove_container_parts
 from .remove_steep import remove_steep
 from .remove_walls import remove_walls
 from .result import Segmentation
-from .scale_vote import STEPS, vote_scales
+from .scale_check import MIN_SCALE, STEP, disputed_objects
 from .scene_warnings import find_warnings
 from .select_objects import select_objects
 from .smooth_patches import MIN_PATCH, label_patches, linked_pixels
@@ -156,16 +155,19 @@ def _segment_candidates(
     `background` are the supports and the containers.
     """
     labels, uncertain = _divide_candidates(image, candidates, background, options, clock)
-    if options.scale_vote and labels.any():
-        divided = [labels]
-        for step in STEPS[1:]:
-            wider = replace(options, window=max(options.window + step, MIN_WINDOW))
-            divided.append(_divide_candidates(image, candidates, background, wider, clock)[0])
-        labels, disputed = vote_scales(divided, image.area(MIN_PATCH))
-        labels, uncertain = relabel_by_size(labels), uncertain + disputed
-        clock.finish("vote")
     labels, ambiguous = resolve_ambiguity(labels, uncertain, image, options)
     clock.finish("ambiguity")
+    if options.scale_check and image.scale >= MIN_SCALE and labels.any():
+        coarse, _ = _divide_candidates(
+            image.reduced(STEP),
+            candidates[::STEP, ::STEP].copy(),
+            background,
+            options.scaled(REFERENCE_WIDTH // STEP),
+            _StageClock(),
+        )
+        for label in disputed_objects(labels[::STEP, ::STEP], coarse):
+            ambiguous.setdefault(label, SCALES)
+        clock.finish("scale_check")
     return labels, ambiguous
 
 

@@ -64,6 +64,17 @@ class WorkingImage(NamedTuple):
             colour=None if self.colour is None else np.ascontiguousarray(self.colour[window]),
         )
 
+    def reduced(self, step: int) -> WorkingImage:
+        """Return every `step`-th row and column of the image."""
+        part = slice(None, None, step), slice(None, None, step)
+        return self._replace(
+            depth=self.depth[part].copy(),
+            disparity=self.disparity[part].copy(),
+            intrinsics=self.intrinsics.reduced(step),
+            colour=None if self.colour is None else self.colour[part].copy(),
+            scale=self.scale / step,
+        )
+
 
 def working_image(frame: DepthFrame, stride: int = 1, *, median: bool = False) -> WorkingImage:
     """Select every `stride`-th row and column, and optionally filter disparity by a 3x3 median.
