@@ -155,7 +155,8 @@ def _observe(run: _Clearing) -> Step | None:
     run.compute_ms += milliseconds
     run.observations += 1
     if scene is not None:
-        _log.info("image %d: objects on the table: %d", run.observations, len(scene.objects))
+        found = f"{len(scene.objects)}{_height(scene, run.cell.tray)}"
+        _log.info("image %d: objects on the table: %s", run.observations, found)
         run.scene = scene
         return _verify
     fault = run.cell.reading.fault
@@ -218,6 +219,10 @@ def _pick(run: _Clearing) -> Step:
     if not report:
         run.add_failed_grasp()
     run.over_tray = bool(report) and run.options.capture_over_tray
+    if report.outcome == "hand_stalled":
+        # The hand may still hold the object, so the arm stays.
+        run.stop_reason = f"the hand does not follow: {report.reason}"
+        return _stop
     if report.outcome != "fault" and not run.over_tray:
         run.move_home()
     return _observe
@@ -319,4 +324,14 @@ def move_home(cell: Cell, scene: Scene) -> bool:
 
 def _without_tray(scene: Scene, tray: Tray) -> Scene:
     objects = tuple(item for item in scene.objects if not tray.contains(item.points.mean(axis=0)))
+    if len(objects) < len(scene.objects):
+        _log.info("objects in the tray: %d", len(scene.objects) - len(objects))
     return replace(scene, objects=objects)
+
+
+def _height(scene: Scene, tray: Tray) -> str:
+    """Say how high the tray's floor lies above the table. An error shows a wrong camera pose."""
+    if scene.support is None:
+        return ""
+    above = float(scene.support.normal @ tray.centre + scene.support.offset)
+    return f"; the tray's floor is {1e3 * above:.0f} mm above the table"

@@ -75,7 +75,8 @@ class JointTravel:
             if too_far[k]:
                 return (
                     f"joint {joints[k]} moves farther than commanded: {numbers}; "
-                    "check that the driver takes rad/s, for one period"
+                    "check that the driver takes rad/s for one period and limits no speed, and "
+                    "whether the arm or the hand touches something"
                 )
             return (
                 f"joint {joints[k]} moves against its command: {numbers}; "

@@ -13,6 +13,9 @@ from .pick_state import PhaseFailure, PickState, SelectedGrasp
 from .report import Phase, PickReport
 from .transport_phases import check, lift, place
 
+LATE_JAWS = 1.5
+"""Time to wait after jaws did not follow a command, s."""
+
 
 def pick_object(cell: Cell, grasp: SelectedGrasp) -> PickReport:
     """Grasp an object, lift it, and put it into the tray.
@@ -47,6 +50,9 @@ def pick_object(cell: Cell, grasp: SelectedGrasp) -> PickReport:
     if failure is not None and failure.outcome == "touch_lost":
         cell.ignore_touch()
     if failure is not None and failure.outcome != "fault":
+        if failure.outcome == "hand_stalled":
+            # Late jaws may still follow earlier commands.
+            cell.wait(LATE_JAWS, cell.hand.opened())
         state.release(cell)
     cell.plan = None
     return PickReport(

@@ -53,7 +53,9 @@ LIFT_SPEED = 0.35
 LIFT_SECONDS = 2.5
 """Time limit of such a motion, s."""
 OPEN_SECONDS, OPENED = 0.25, 0.02
-"""Maximum time in which the hand lets go, s, and the increase of its width at which it has, m."""
+"""Time in which fingers let go, s, and the increase of the width at which a hand has let go, m."""
+JAW_SECONDS = 3.0
+"""Time limit in which jaws let go, s. Some react late or open slowly."""
 GOAL_TOLERANCE = 0.004
 """Error at which a goal far from the object counts as reached, m or rad."""
 RETREAT_TOLERANCE = 0.01
@@ -289,8 +291,8 @@ class PickState:
             tolerance=NEAR_TOLERANCE,
         )
 
-    def release(self, cell: Cell, goal: NDArray[np.float64] | None = None) -> None:
-        """Open the hand and move it off the object.
+    def release(self, cell: Cell, goal: NDArray[np.float64] | None = None) -> PhaseFailure | None:
+        """Open the hand and move it off the object; return the failure if jaws do not open.
 
         Parameters
         ----------
@@ -299,17 +301,25 @@ class PickState:
         goal
             Goal of the palm, (3,), world, m. None moves back against the palm's direction.
         """
+        jaws = isinstance(cell.robot.hand, ParallelHand)
         held = cell.hand.width(cell.reading.hand)
-        end = cell.reading.time + OPEN_SECONDS
+        opened = held + min(OPENED, 0.5 * max(cell.hand.max_opening - held, 0.0))
+        end = cell.reading.time + (JAW_SECONDS if jaws else OPEN_SECONDS)
         while cell.reading.time < end and not cell.halted:
-            if cell.hand.width(cell.reading.hand) >= held + OPENED:
+            if cell.hand.width(cell.reading.hand) >= opened:
                 break
             cell.step(np.zeros(len(cell.robot.joints)), cell.hand.opened())
+        if jaws and cell.hand.width(cell.reading.hand) < opened and not cell.halted:
+            return PhaseFailure(
+                "hand_stalled",
+                f"the hand does not let go: it is {1e3 * held:.0f} mm wide after {JAW_SECONDS:g} s",
+            )
         palm = cell.palm_pose()
         back = palm.translation - self.retreat(cell) * palm.rotation.as_matrix()[:, 2]
         tasks = (Position(back if goal is None else goal), Orientation(palm.rotation))
         speed = LIFT_SPEED if goal is None else TRANSIT_SPEED
         execute(cell, self.move_off(cell, tasks, speed), cell.options.time_limit(LIFT_SECONDS))
+        return None
 
 
 def _with_carry_speed(cell: Cell, tasks: Sequence[Task]) -> tuple[Task, ...]:

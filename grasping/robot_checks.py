@@ -132,12 +132,19 @@ def _cause(q: NDArray[np.float64]) -> str:
 
 
 def check_tray(tray: Tray, model: RobotModel) -> None:
-    """Raise an `InputError` if a tray is farther from the arm's base than the arm is long."""
+    """Raise an `InputError` if a tray is not within the reach of the arm, or larger than it."""
+    if type(tray).__name__ != "Tray":
+        raise InputError(f"tray must be one Tray, got a {type(tray).__name__}")
     state, anchors = model.at(model.home), model.data.xanchor[model.joints]
     points = np.vstack([anchors[np.argsort(model.joints)], state.position])
     reach = float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
     if not model.hinge.all():
         return
+    if max(*tray.size, tray.wall_height) > reach:
+        raise InputError(
+            f"the tray has size {tray.size} m and wall_height {tray.wall_height:g} m, the arm "
+            f"reaches {reach:.2g} m: give them in m, not in mm"
+        )
     far = tray.distance(points[0])
     if far > reach:
         raise InputError(

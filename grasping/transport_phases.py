@@ -163,7 +163,9 @@ def place(cell: Cell, state: PickState) -> PhaseFailure | None:
     palm = cell.palm_pose().translation
     tips = cell.hand.reach(state.plan.opening)
     clear = cell.tray.centre[2] + cell.tray_height + tips + TRAY_CLEARANCE
-    state.release(cell, np.array([palm[0], palm[1], max(clear, palm[2])]))
+    held = state.release(cell, np.array([palm[0], palm[1], max(clear, palm[2])]))
+    if held is not None:
+        return held
     pads = shake_off(cell, state)
     return PhaseFailure("place_failed", f"something hangs on {pads}") if pads else None
 

@@ -28,6 +28,8 @@ class Faults:
     delay: tuple[float, float] = (0.005, 0.030)
     """Minimum and maximum delay of every message, s."""
     gripper_stalls: float = np.inf
+    gripper_late: float = 0.0
+    """Further delay of the gripper's commands, s."""
     arm_stops: float = np.inf
     arm_silent: float = np.inf
     frames_dropped: int = 0
@@ -70,7 +72,8 @@ class DelayedRobot:
 
     def move(self, width, force):
         """Take a command of the gripper."""
-        self.jaws.append((self.arrival(), JawCommand(width, force)))
+        arrival = self.arrival() + self.faults.gripper_late
+        self.jaws.append((arrival, JawCommand(width, force)))
 
     def step(self, velocity):
         """Take velocities, and return the state one period later."""

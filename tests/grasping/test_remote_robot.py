@@ -82,6 +82,25 @@ def test_stalled_gripper_is_named():
     assert re.search(r"the hand stopped at (79|80) mm", report.picks[0].reason)
 
 
+def test_arm_waits_at_its_place_for_jaws_that_do_not_let_go():
+    """A gripper that stops while the arm carries the object; the arm must not leave with it."""
+    report = clear(Faults(gripper_stalls=5.5))
+
+    (pick,) = report.picks
+    assert pick.outcome == "hand_stalled", report
+    assert "does not let go" in pick.reason
+    assert pick.phases[-1].phase == "place"
+    assert report.stop_reason.startswith("the hand does not follow")
+
+
+def test_late_gripper_lets_go_before_the_arm_leaves():
+    """Without the delay, placing takes 2.1 s."""
+    report = clear(Faults(gripper_late=0.5))
+
+    assert report.picks[0].outcome == "placed", report
+    assert report.picks[0].phases[-1].end - report.picks[0].phases[-1].start > 2.4
+
+
 def test_arm_that_stops_is_a_fault_and_dropped_frames_are_captured_again():
     report = clear(Faults(arm_stops=1.0, frames_dropped=2))
 

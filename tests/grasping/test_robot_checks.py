@@ -120,6 +120,19 @@ def test_frame_without_a_pose_ends_clearing():
     assert "frame without a pose: pass DepthFrame(depth, intrinsics, T_world" in report.stop_reason
 
 
+@pytest.mark.parametrize(
+    "sizes", [{"size": (250.0, 360.0)}, {"wall_height": 60.0}], ids=["size", "wall"]
+)
+def test_tray_larger_than_the_arm_is_refused(sizes):
+    with pytest.raises(InputError, match="give them in m, not in mm"):
+        Cell(FakeRobot(), no_scene, replace(TRAY, **sizes))
+
+
+def test_two_trays_are_refused():
+    with pytest.raises(InputError, match="tray must be one Tray, got a tuple"):
+        Cell(FakeRobot(), no_scene, (TRAY, TRAY))  # type: ignore[arg-type]
+
+
 def test_tray_out_of_reach_is_refused():
     tray = replace(TRAY, centre=np.array([430.0, -190.0, 6.0]))
     with pytest.raises(InputError, match=r"is 47\d m from the base of the arm, which reaches 1"):
