@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.errors import InputError
-from eyehand.perception import DepthFrame, Segmentation, segment
+from eyehand.perception import DepthFrame, Segmentation, SegmentationOptions, segment
 
 MAX_SCALE = 0.15
 """Maximum correction of the scale. A larger one is a wrong height or another surface."""
@@ -100,7 +100,9 @@ def correct_depth(
             f"support_height must be finite and {MIN_HEIGHT} m below the camera at "
             f"{T_world_camera.translation[2]:.3f} m, got {support_height}"
         )
-    support = (segmentation or segment(frame)).support
+    if segmentation is None:
+        segmentation = segment(frame, SegmentationOptions(scale_check=False))
+    support = segmentation.support
     if support is None:
         return frame, DepthCorrection(1.0, 0.0, 0.0, "the image shows no support")
     normal = T_world_camera.rotation.apply(support.normal)

@@ -12,6 +12,7 @@ from eyehand.perception import DepthFrame
 
 from .hands import HandModel, HandReading, JawReading, ParallelHand
 from .robot import RobotReading
+from .tray import Tray
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -19,7 +20,6 @@ if TYPE_CHECKING:
     from eyehand.control import RobotModel
 
     from .robot import Robot
-    from .tray import Tray
 
 ROBOT = ("hand", "hand_frame", "joints", "period", "description", "capture", "read", "step")
 ARM = ("joints", "period", "read", "step")
@@ -133,8 +133,7 @@ def _cause(q: NDArray[np.float64]) -> str:
 
 def check_tray(tray: Tray, model: RobotModel) -> None:
     """Raise an `InputError` if a tray is not within the reach of the arm, or larger than it."""
-    if type(tray).__name__ != "Tray":
-        raise InputError(f"tray must be one Tray, got a {type(tray).__name__}")
+    check_type(tray, Tray, "tray")
     state, anchors = model.at(model.home), model.data.xanchor[model.joints]
     points = np.vstack([anchors[np.argsort(model.joints)], state.position])
     reach = float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())

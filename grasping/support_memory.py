@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from eyehand.errors import InputError
-from eyehand.perception import DepthFrame, segment
+from eyehand.perception import DepthFrame, SegmentationOptions, segment
 
 from .depth_correction import CORRECTED_SCALE_ERROR, correct_depth
 
@@ -50,7 +50,7 @@ class SupportMemory:
         """
         if frame.T_world_camera is None:
             raise InputError("the memory of the support needs T_world_camera")
-        segmentation = segment(frame)
+        segmentation = segment(frame, SegmentationOptions(scale_check=False))
         if segmentation.support is None:
             return frame, self.depth_error
         distance = segmentation.support.offset

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -129,8 +130,9 @@ def test_tray_larger_than_the_arm_is_refused(sizes):
 
 
 def test_two_trays_are_refused():
-    with pytest.raises(InputError, match="tray must be one Tray, got a tuple"):
-        Cell(FakeRobot(), no_scene, (TRAY, TRAY))  # type: ignore[arg-type]
+    trays: Any = (TRAY, TRAY)
+    with pytest.raises(InputError, match="tray must be a Tray, got a tuple"):
+        Cell(FakeRobot(), no_scene, trays)
 
 
 def test_tray_out_of_reach_is_refused():
