@@ -89,23 +89,18 @@ class FrameMasks:
         """
         if self.camera_pose is not None:
             frame = replace(frame, T_world_camera=_pose(self.camera_pose, "--camera-pose"))
-        depth = frame.depth
         if self.mask is not None:
-            depth = mask_robot(depth, _read_mask(self.mask, depth.shape))
+            frame = mask_robot(frame, _read_mask(self.mask, frame.depth.shape))
         if self.robot is not None:
-            without = mask_volumes(frame, self._robot_volumes(frame))
-            share = 100 * np.count_nonzero(without != frame.depth) / max(np.sum(frame.depth > 0), 1)
+            before = np.count_nonzero(frame.depth)
+            frame = mask_volumes(frame, self._robot_volumes(frame))
+            share = 100 * (1 - np.count_nonzero(frame.depth) / before)
             say(
                 f"the robot masks {share:.1f} % of the readings"
                 if share
                 else "warning: no reading lies on the robot: check --q and the poses"
             )
-            depth = np.where(without > 0, depth, 0)
-        if self.region is not None:
-            depth = np.where(_inside(frame, self.region), depth, 0)
-        if not depth.any():
-            raise InputError("the masks leave no reading of the frame")
-        return replace(frame, depth=depth.astype(np.float32))
+        return frame if self.region is None else _within(frame, self.region)
 
     def _robot_volumes(self, frame: DepthFrame) -> PosedVolumes:
         if frame.T_world_camera is None:
@@ -162,11 +157,13 @@ def _check_region(region: list[float]) -> None:
         raise InputError(f"--region needs the lower corner before the upper one, got {region}")
 
 
-def _inside(frame: DepthFrame, region: list[float]) -> NDArray[np.bool_]:
-    """Return the mask (H, W) of the readings in a region."""
+def _within(frame: DepthFrame, region: list[float]) -> DepthFrame:
+    """Return a frame with the readings in a region only."""
     if len(region) == RECTANGLE:
         low_u, low_v, high_u, high_v = region
         u, v = np.arange(frame.intrinsics.width), np.arange(frame.intrinsics.height)
-        return ((low_u <= u) & (u < high_u)) & ((low_v <= v) & (v < high_v))[:, None]
+        return frame.without(
+            ~(((low_u <= u) & (u < high_u)) & ((low_v <= v) & (v < high_v))[:, None])
+        )
     low, high = np.array(region[:3]), np.array(region[3:])
-    return mask_points(frame, lambda p: np.asarray(((p < low) | (p > high)).any(axis=1))) > 0
+    return mask_points(frame, lambda p: np.asarray(((p < low) | (p > high)).any(axis=1)))

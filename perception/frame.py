@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -136,6 +136,9 @@ class DepthFrame:
     """Maps camera coordinates to world coordinates. None if the camera's pose is unknown."""
     colour: NDArray[np.uint8] | None = None
     """Registered colour image, (H, W, 3) uint8 RGB, or None."""
+    masked: NDArray[np.bool_] | None = None
+    """Pixels whose readings were removed on purpose, (H, W) bool, or None: see `without`. Other
+    pixels without a reading may show a transparent thing."""
 
     def __post_init__(self) -> None:
         depth = np.asarray(self.depth)
@@ -158,11 +161,34 @@ class DepthFrame:
                     f"colour must be {(*expected, 3)} uint8 RGB, got {colour.shape} {colour.dtype}"
                 )
             object.__setattr__(self, "colour", _read_only(colour))
+        if self.masked is not None:
+            masked = np.asarray(self.masked)
+            if masked.shape != expected or masked.dtype != np.bool_:
+                raise InputError(
+                    f"masked must be {expected} bool, got {masked.shape} {masked.dtype}"
+                )
+            object.__setattr__(self, "masked", _read_only(masked))
 
     @property
     def valid(self) -> NDArray[np.bool_]:
         """Mask of the pixels with a reading, (H, W) bool."""
         return self.depth > 0
+
+    def without(self, mask: NDArray[np.bool_]) -> DepthFrame:
+        """Return the frame without the readings of a mask (H, W), which `masked` then contains.
+
+        Raises
+        ------
+        InputError
+            If no reading is left, or the mask has another size.
+        """
+        if mask.shape != self.depth.shape:
+            raise InputError(f"the mask must have shape {self.depth.shape}, got {mask.shape}")
+        depth = np.where(mask, np.float32(0.0), self.depth)
+        if not depth.any():
+            raise InputError("the masks leave no reading of the frame")
+        masked = mask if self.masked is None else mask | self.masked
+        return replace(self, depth=depth, masked=masked)
 
     def points(self) -> NDArray[np.float32]:
         """Return the cloud in pixel order, camera frame, (H, W, 3) float32, m; 0 = no reading."""

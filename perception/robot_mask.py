@@ -64,30 +64,33 @@ def volume_extents(points: Sequence[ArrayLike]) -> NDArray[np.float64]:
     return np.array(extents).reshape(-1, len(DIRECTIONS))
 
 
-def mask_robot(
-    depth: NDArray[np.float32], robot: NDArray[np.bool_], margin: int = MARGIN_PX
-) -> NDArray[np.float32]:
-    """Return a depth image (H, W), m, without readings on and near the robot.
+def mask_robot(frame: DepthFrame, robot: NDArray[np.bool_], margin: int = MARGIN_PX) -> DepthFrame:
+    """Return a frame without readings on and near the robot.
 
     Parameters
     ----------
-    depth
-        The depth image, (H, W), m.
+    frame
+        The frame.
     robot
         Mask of the robot's pixels, (H, W), for example drawn from its joint angles.
     margin
         Pixels around the mask that are removed too. More pixels forgive a larger error of the
         camera's pose and hide more of the scene.
+
+    Raises
+    ------
+    InputError
+        If no reading is left, or the mask has another size.
     """
     if not robot.any():
-        return depth
+        return frame
     side = 2 * margin + 1
     mask = cv2.dilate(robot.astype(np.uint8), np.ones((side, side), np.uint8))
-    return np.where(mask > 0, np.float32(0.0), depth)
+    return frame.without(mask > 0)
 
 
-def mask_volumes(frame: DepthFrame, volumes: PosedVolumes) -> NDArray[np.float32]:
-    """Return a frame's depth image (H, W), m, without readings in and near posed volumes.
+def mask_volumes(frame: DepthFrame, volumes: PosedVolumes) -> DepthFrame:
+    """Return a frame without readings in and near posed volumes.
 
     A reading is removed if it lies in a volume that is grown by ``MARGIN_M`` and ``MARGIN_SLOPE``
     times its depth, or in the image within ``MARGIN_PX`` of such a reading. Readings in front of
@@ -99,6 +102,11 @@ def mask_volumes(frame: DepthFrame, volumes: PosedVolumes) -> NDArray[np.float32
         The frame.
     volumes
         The volumes, in the world frame if the frame has `T_world_camera`, else in the camera frame.
+
+    Raises
+    ------
+    InputError
+        If no reading is left.
     """
     poses = volumes.poses
     if frame.T_world_camera is not None:
@@ -116,13 +124,13 @@ def mask_volumes(frame: DepthFrame, volumes: PosedVolumes) -> NDArray[np.float32
         (MARGIN_M, MARGIN_SLOPE),
         robot,
     )
-    return mask_robot(frame.depth, robot)
+    return mask_robot(frame, robot)
 
 
 def mask_points(
     frame: DepthFrame, is_masked: Callable[[NDArray[np.float64]], NDArray[np.bool_]]
-) -> NDArray[np.float32]:
-    """Return a frame's depth image (H, W), m, without readings in given parts of the world.
+) -> DepthFrame:
+    """Return a frame without readings in given parts of the world.
 
     Parameters
     ----------
@@ -130,15 +138,19 @@ def mask_points(
         The frame. Without `T_world_camera` the points are in the camera frame.
     is_masked
         Function from points (N, 3), m, to a mask (N,) of those to remove.
+
+    Raises
+    ------
+    InputError
+        If no reading is left.
     """
-    depth = frame.depth
-    measured = depth > 0
+    measured = frame.depth > 0
     points = frame.points()[measured].astype(np.float64)
     if frame.T_world_camera is not None:
         points = frame.T_world_camera.apply(points)
-    kept = depth.copy()
-    kept[measured] = np.where(is_masked(points), np.float32(0.0), depth[measured])
-    return kept
+    mask = np.zeros(measured.shape, np.bool_)
+    mask[measured] = is_masked(points)
+    return frame.without(mask)
 
 
 def _image_boxes(

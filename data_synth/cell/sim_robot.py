@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -226,9 +225,8 @@ class SimRobot:
         rng = np.random.default_rng([self._seed, self._captures])
         self._captures += 1
         depth = add_depth_noise(view.depth, cell.intrinsics, rng, self._noise)
-        depth = mask_robot(depth, view.labels == 1)
         frame = DepthFrame(depth, cell.intrinsics, cell.T_world_camera)
-        return replace(frame, depth=mask_points(frame, self._world.is_near_tray))
+        return mask_points(mask_robot(frame, view.labels == 1), self._world.is_near_tray)
 
     def picture(
         self, size: tuple[int, int] = (1280, 720), T_world_camera: RigidTransform | None = None

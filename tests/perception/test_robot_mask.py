@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -22,7 +23,9 @@ from eyehand.perception.robot_mask import (
     volume_extents,
 )
 
-DEPTH = np.ones((20, 30), dtype=np.float32)
+SMALL = DepthFrame(
+    np.ones((20, 30), dtype=np.float32), CameraIntrinsics(30.0, 30.0, 14.5, 9.5, 30, 20)
+)
 CAMERA = CameraIntrinsics(60.0, 62.0, 39.5, 29.5, 80, 60)
 CUBE = np.array(list(product((-0.1, 0.1), repeat=3)))
 
@@ -34,24 +37,38 @@ def volumes(*poses: RigidTransform) -> PosedVolumes:
 
 
 def test_robot_and_margin_have_no_reading():
-    robot = np.zeros(DEPTH.shape, dtype=bool)
+    robot = np.zeros(SMALL.depth.shape, dtype=bool)
     robot[10, 15] = True
-    masked = mask_robot(DEPTH, robot, margin=2)
-    assert (masked[8:13, 13:18] == 0).all()
-    assert (masked == 0).sum() == 25
-    assert (mask_robot(DEPTH, robot, margin=0) == 0).sum() == 1
+    masked = mask_robot(SMALL, robot, margin=2)
+    assert (masked.depth[8:13, 13:18] == 0).all()
+    assert (masked.depth == 0).sum() == 25
+    np.testing.assert_array_equal(masked.masked, masked.depth == 0)
+    assert (mask_robot(SMALL, robot, margin=0).depth == 0).sum() == 1
 
 
-def test_image_without_robot_is_returned_unchanged():
-    assert mask_robot(DEPTH, np.zeros(DEPTH.shape, dtype=bool)) is DEPTH
+def test_frame_without_robot_is_returned_unchanged():
+    assert mask_robot(SMALL, np.zeros(SMALL.depth.shape, dtype=bool)) is SMALL
+
+
+def test_masks_add_up_and_the_last_reading_cannot_be_masked():
+    left, right = np.zeros((2, *SMALL.depth.shape), dtype=bool)
+    left[:, :15], right[:, 15:] = True, True
+    assert SMALL.masked is None
+    half = SMALL.without(left)
+    np.testing.assert_array_equal(half.without(left[::-1]).masked, left)
+    with pytest.raises(InputError, match="the masks leave no reading"):
+        half.without(right)
+    with pytest.raises(InputError, match=r"must have shape \(20, 30\), got \(2, 2\)"):
+        SMALL.without(left[:2, :2])
+    with pytest.raises(InputError, match=r"masked must be \(20, 30\) bool"):
+        replace(SMALL, masked=left[:2])
 
 
 def test_world_points_are_masked():
-    camera = CameraIntrinsics(30.0, 30.0, 14.5, 9.5, 30, 20)
-    frame = DepthFrame(DEPTH, camera, RigidTransform.from_translation([1.0, 0.0, 0.0]))
+    frame = replace(SMALL, T_world_camera=RigidTransform.from_translation([1.0, 0.0, 0.0]))
     masked = mask_points(frame, lambda points: points[:, 0] > 1.0)
-    assert (masked[:, 15:] == 0).all()
-    assert (masked[:, :15] == 1).all()
+    assert (masked.depth[:, 15:] == 0).all()
+    assert (masked.depth[:, :15] == 1).all()
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -83,7 +100,7 @@ def test_readings_in_a_volume_are_masked_and_those_before_and_behind_it_stay(pos
     depth[20:40, 30:50] = 1.0
     depth[20:40, 30:38] = 0.5
     frame = DepthFrame(depth, CAMERA, T_world_camera if posed else None)
-    kept = mask_volumes(frame, volumes(pose))
+    kept = mask_volumes(frame, volumes(pose)).depth
     assert kept[30, 40] == 0
     assert kept[30, 31] == np.float32(0.5)
     assert (kept[:15] == 3).all()
@@ -95,10 +112,14 @@ def test_readings_in_a_volume_are_masked_and_those_before_and_behind_it_stay(pos
 
 
 def test_volume_behind_the_lens_and_one_around_it_are_handled():
-    frame = DepthFrame(np.full((60, 80), 0.05, np.float32), CAMERA)
+    depth = np.full((60, 80), 0.05, np.float32)
+    depth[:8, :8] = 3.0
+    frame = DepthFrame(depth, CAMERA)
     behind = volumes(RigidTransform.from_translation([0.0, 0.0, -1.0]))
-    assert (mask_volumes(frame, behind) > 0).all()
-    assert (mask_volumes(frame, volumes(RigidTransform.identity())) == 0).all()
+    assert mask_volumes(frame, behind) is frame
+    around = mask_volumes(frame, volumes(RigidTransform.identity())).depth
+    assert (around[10:, 10:] == 0).all()
+    assert around[0, 0] == 3.0
 
 
 def test_hull_is_within_its_extents_and_they_are_tight_for_a_box():

@@ -6,6 +6,10 @@ from scipy.spatial import ConvexHull
 from synthetic_solids import T_TABLE_CAMERA, Ball, Box, Plate, solid_frame
 
 from eyehand.perception import CameraIntrinsics, DepthFrame, SegmentationOptions, perceive, segment
+from eyehand.perception.segmentation.block_heights import block_heights
+from eyehand.perception.segmentation.support_extent import Support
+from eyehand.perception.segmentation.unknown_regions import find_unknown
+from eyehand.perception.segmentation.working_image import working_image
 
 CAMERA = CameraIntrinsics(520.0, 520.0, 319.5, 239.5, 640, 480)
 PROJECTOR_BASELINE = 0.075
@@ -73,6 +77,33 @@ def test_missing_readings_at_the_border_are_no_region():
     depth = frame.depth.copy()
     depth[:60], depth[:, :80] = 0.0, 0.0
     assert segment(DepthFrame(depth, CAMERA)).unknown == ()
+
+
+def test_thing_before_another_is_a_region_though_the_far_half_shows_no_table():
+    back = Box(0.0, 0.8, (0.3, 0.1, 0.3))
+    frame, hidden = frame_without([back], [Box(0.0, 0.68, (0.06, 0.06, 0.15))])
+    (region,) = segment(frame).unknown
+    rows, columns = np.nonzero(hidden)
+    np.testing.assert_allclose(region.outline.mean(axis=0), [columns.mean(), rows.mean()], atol=12)
+
+
+def test_before_walls_the_whole_ring_must_show_the_support():
+    back = Box(0.0, 0.8, (0.3, 0.1, 0.3))
+    frame, _ = frame_without([back], [Box(0.0, 0.68, (0.06, 0.06, 0.15))])
+    plane = segment(frame).support
+    assert plane is not None
+    axes = np.linalg.svd(plane.normal[None])[2][1:]
+    hull = 3 * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]], np.float32)
+    image, support = working_image(frame), Support(plane, hull, axes, 0.7)
+    tops = block_heights(image, plane)
+    assert len(find_unknown(tops, image, support)) == 1
+    assert find_unknown(tops, image, support, walls=True) == ()
+
+
+@pytest.mark.parametrize("stride", [1, 2])
+def test_masked_pixels_are_no_region(stride):
+    frame, hidden = frame_without([], [Box(0.0, 0.7, (0.1, 0.1, 0.1))])
+    assert segment(frame.without(hidden), SegmentationOptions(stride=stride)).unknown == ()
 
 
 def test_outline_is_in_pixels_of_the_frame():
