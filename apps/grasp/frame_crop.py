@@ -25,20 +25,15 @@ def crop_to_objects(frame: DepthFrame, scene: Scene) -> tuple[DepthFrame, Scene]
     Return both unchanged if the camera pose is unknown or the cropped part has no reading.
     """
     columns, rows = _crop_window(frame, scene)
-    depth, k = frame.depth[rows, columns], frame.intrinsics
+    depth = frame.depth[rows, columns]
     if not (depth > 0).any():
         return frame, scene
     cut = replace(
         frame,
         depth=depth,
         colour=None if frame.colour is None else frame.colour[rows, columns],
-        intrinsics=replace(
-            k,
-            cx=k.cx - columns.start,
-            cy=k.cy - rows.start,
-            width=depth.shape[1],
-            height=depth.shape[0],
-        ),
+        masked=None if frame.masked is None else frame.masked[rows, columns],
+        intrinsics=frame.intrinsics.cropped(rows, columns),
     )
     segmentation = scene.segmentation
     labels = segmentation.labels

@@ -63,4 +63,4 @@ def _steps(reversed_axes: tuple[bool, bool]) -> tuple[slice, slice]:
 def _selected(frame: DepthFrame, part: tuple[slice, slice], camera: CameraIntrinsics) -> DepthFrame:
     colour = None if frame.colour is None else np.ascontiguousarray(frame.colour[part])
     depth = np.ascontiguousarray(frame.depth[part])
-    return replace(frame, depth=depth, colour=colour, intrinsics=camera, T_world_camera=None)
+    return DepthFrame(depth, camera, colour=colour)
