@@ -15,6 +15,7 @@ from .planner import plan
 from .proximity import Proximity
 from .repulsion import repulsion_gradient
 from .robot_model import RobotModel
+from .robot_source import add_speed_limits
 from .robot_state import RobotState
 from .safety import SafeMotion, safe_motion
 from .shapes import Box, Capsule, ConvexMesh, Cylinder, Ellipsoid, Obstacle, Sphere
@@ -44,6 +45,7 @@ __all__ = [
     "SafeMotion",
     "Sphere",
     "StackSolution",
+    "add_speed_limits",
     "nominal_motion",
     "plan",
     "repulsion_gradient",

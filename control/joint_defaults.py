@@ -61,10 +61,7 @@ def home_posture(
 
 
 def joint_speed(
-    model: Model,
-    joints: NDArray[np.int64],
-    speed: ArrayLike | None,
-    urdf_speed: dict[str, float],
+    model: Model, joints: NDArray[np.int64], speed: ArrayLike | None
 ) -> NDArray[np.float64]:
     """Return the speed limits (n,) of the controlled joints, rad/s or m/s.
 
@@ -76,9 +73,11 @@ def joint_speed(
     limits = _given_limits("speed", model, joints, speed, SPEED_NUMERIC)
     if limits is None:
         limits = _by_type(model, joints, DEFAULT_TURN_SPEED, DEFAULT_SLIDE_SPEED)
+        numerics = [model.numeric(k) for k in range(model.nnumeric)]
+        # A prefix of an attached spec stands before the names of its numerics and joints.
+        by_joint = {one.name.replace(f"{SPEED_NUMERIC}.", "", 1): one.data[0] for one in numerics}
         for column, joint in enumerate(joints):
-            # Many URDF files write 0 for an unknown limit.
-            limits[column] = urdf_speed.get(model.joint(int(joint)).name) or limits[column]
+            limits[column] = by_joint.get(model.joint(int(joint)).name, limits[column])
     if not np.all(limits > 0.0):
         raise InputError(f"joint speed limits must be > 0, got {limits.tolist()}")
     return limits

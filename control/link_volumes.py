@@ -43,7 +43,7 @@ class LinkVolumes:
         InputError
             If the file cannot be read, or holds no body or joint.
         """
-        spec, _ = read_robot(source)
+        spec = read_robot(source)
         if len(spec.bodies) < 2:
             raise InputError(f"robot: {source} holds no body")
         # Any body can be the controlled frame, which is not used here.

@@ -102,13 +102,12 @@ class RobotModel:
             If the file cannot be read, a name is unknown, a controlled joint is a free or ball
             joint, or home or a limit is invalid.
         """
-        spec, urdf_speed = read_robot(source, package_dirs)
-        return cls(spec, urdf_speed, frame, home, joints, (speed, acceleration, jerk))
+        spec = read_robot(source, package_dirs)
+        return cls(spec, frame, home, joints, (speed, acceleration, jerk))
 
     def __init__(
         self,
         spec: Spec,
-        urdf_speed: dict[str, float],
         frame: str,
         home: ArrayLike | None,
         joints: Sequence[str] | None,
@@ -133,7 +132,7 @@ class RobotModel:
         self.home_qpos = read_only(posture)
         self.home = read_only(posture[qpos_indices])
         speed, acceleration, jerk = given
-        self.speed = read_only(joint_speed(model, self.joints, speed, urdf_speed))
+        self.speed = read_only(joint_speed(model, self.joints, speed))
         limits = joint_acceleration(model, self.joints, acceleration, jerk)
         self.acceleration, self.jerk = map(read_only, limits)
         self.moves = _moves(model, self.joints)

@@ -18,21 +18,21 @@ Source = str | Path | Spec
 """Path of an MJCF or URDF file, XML text, or an MjSpec."""
 
 SPEED_NUMERIC = "joint_speed"
-"""Name of the ``<custom><numeric>`` element of an MJCF that holds joint speed limits."""
+"""Name of the ``<custom><numeric>`` element of an MJCF that holds joint speed limits. With a point
+and the name of a joint, it holds the limit of this joint: names keep in step where a spec is
+attached to another one with a prefix."""
 ACCELERATION_NUMERIC, JERK_NUMERIC = "joint_acceleration", "joint_jerk"
 """Names of the elements with the limits of acceleration and jerk."""
 
 
-def read_robot(
-    source: Source, package_dirs: Sequence[str | Path] = ()
-) -> tuple[Spec, dict[str, float]]:
+def read_robot(source: Source, package_dirs: Sequence[str | Path] = ()) -> Spec:
     """Read a robot. Mesh paths are relative to the file, or ``package://`` paths of a URDF.
 
     Returns
     -------
-    spec, urdf_speed
-        A new spec, and the ``<limit velocity>`` of a URDF by joint name (empty for other formats).
-        Links on fixed joints stay separate bodies, because a tool frame can be such a link.
+    spec
+        A new spec, with the speed limits of a URDF (:func:`add_speed_limits`). Links on fixed
+        joints stay separate bodies, because a tool frame can be such a link.
 
     Raises
     ------
@@ -44,7 +44,7 @@ def read_robot(
             raise InputError(
                 f"robot: the source must be a path, XML text or an MjSpec, got {source!r}"
             )
-        return _keep_fixed_links(source.copy()), {}
+        return _keep_fixed_links(source.copy())
     if isinstance(source, str) and source.lstrip().startswith("<"):
         return _read_text(resolve_packages(source, package_dirs), "the XML text")
     path = Path(source)
@@ -64,7 +64,8 @@ def read_robot(
         raise InputError(f"robot: cannot read {path}: {_one_line(error)}{hint}") from None
     # Only XML holds speed limits. Read as bytes, because the file itself declares its encoding.
     text = path.read_bytes() if path.suffix.lower() in (".xml", ".urdf") else b""
-    return _keep_fixed_links(spec), _urdf_speed(text)
+    add_speed_limits(spec, text)
+    return _keep_fixed_links(spec)
 
 
 def resolve_packages(text: str, package_dirs: Sequence[str | Path]) -> str:
@@ -101,12 +102,13 @@ def resolve_packages(text: str, package_dirs: Sequence[str | Path]) -> str:
     return text
 
 
-def _read_text(text: str, name: str) -> tuple[Spec, dict[str, float]]:
+def _read_text(text: str, name: str) -> Spec:
     try:
         spec = mujoco.MjSpec.from_string(text)
     except (ValueError, mujoco.FatalError) as error:
         raise InputError(f"robot: cannot read {name}: {_one_line(error)}") from None
-    return _keep_fixed_links(spec), _urdf_speed(text)
+    add_speed_limits(spec, text)
+    return _keep_fixed_links(spec)
 
 
 def compile_spec(spec: Spec) -> Model:
@@ -123,13 +125,18 @@ def _keep_fixed_links(spec: Spec) -> Spec:
     return spec
 
 
-def _urdf_speed(text: str | bytes) -> dict[str, float]:
-    """Return the velocity limits of a URDF by joint name; none if the text is not a URDF."""
+def add_speed_limits(spec: Spec, text: str | bytes) -> None:
+    """Add the ``<limit velocity>`` of the text of a URDF to its spec. MuJoCo does not read them.
+
+    Raises
+    ------
+    InputError
+        If a velocity is not a number.
+    """
     try:
         root = ElementTree.fromstring(text)
     except ElementTree.ParseError:
-        return {}
-    speeds: dict[str, float] = {}
+        return
     for joint in root.findall("joint") if root.tag == "robot" else []:
         limit = joint.find("limit")
         value = None if limit is None else limit.get("velocity")
@@ -137,12 +144,13 @@ def _urdf_speed(text: str | bytes) -> dict[str, float]:
         if value is None or name is None:
             continue
         try:
-            speeds[name] = float(value)
+            speed = float(value)
         except ValueError:
             raise InputError(
                 f"robot: joint {name}: velocity must be a number, got {value!r}"
             ) from None
-    return speeds
+        if speed:  # Many URDF files write 0 for an unknown limit.
+            spec.add_numeric(name=f"{SPEED_NUMERIC}.{name}", data=[speed], size=1)
 
 
 def _one_line(error: Exception) -> str:

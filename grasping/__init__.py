@@ -16,6 +16,7 @@ from .hands import (
     JawReading,
     ParallelHand,
     generic_jaw,
+    load_description,
     load_hand,
 )
 from .plan import ApproachTask, GraspPlan
@@ -85,6 +86,7 @@ __all__ = [
     "correct_depth",
     "execute",
     "generic_jaw",
+    "load_description",
     "load_hand",
     "observe",
     "pick_object",

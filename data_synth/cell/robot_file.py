@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from eyehand.errors import InputError
-from eyehand.grasping.hands import read_spec
+from eyehand.grasping.hands import load_description
 
 from ..mujoco_import import import_mujoco
 
@@ -28,7 +28,7 @@ def read_robot(path: Path) -> Any:
     if not Path(path).is_file():
         what = "this is a folder" if Path(path).is_dir() else "no such file"
         raise InputError(f"robot file {path}: {what}; give the path of an MJCF or URDF file")
-    spec = read_spec(path)
+    spec = load_description(path)
     if not list(spec.actuators):
         _add_motors(spec)
     return spec

@@ -19,7 +19,7 @@ from .hand_model import HandModel
 from .hand_names import PALM, PINCER_FINGER, THUMB
 from .nominal_hand import nominal_hand
 from .parallel_hand import HandBox, HandJoint, ParallelHand, ToolPose, generic_jaw
-from .robot_file import DescribedHand, FileChoices, JawPostures, describe_hand, read_spec
+from .robot_file import DescribedHand, FileChoices, JawPostures, describe_hand, load_description
 
 __all__ = [
     "IDLE_OPENING",
@@ -47,8 +47,8 @@ __all__ = [
     "describe_hand",
     "generic_jaw",
     "hand_json",
+    "load_description",
     "load_hand",
     "nominal_hand",
-    "read_spec",
     "write_hand",
 ]

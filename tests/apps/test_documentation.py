@@ -50,7 +50,8 @@ PRINTED = {
     "import json\n\nfrom eyehand.grasping": "% True\n",
     "import json\nfrom pathlib": "name='my gripper', stroke=0.06",
     "from eyehand.grasping import (": "hand [[",
-    "from eyehand.control": "reached",
+    "from eyehand.control import App": "reached",
+    "from eyehand.control import RobotModel": "shoulder elbow at most [0.5 2. ] rad/s",
     "from eyehand.perception import perceive\nfrom eyehand.perception.cameras": "6 objects",
     "import logging": "ended: clear",
     "import numpy as np\nfrom eyehand.tactile": "0 dead tactels",
@@ -60,6 +61,29 @@ PRINTED = {
     "from eyehand.perception import SegmentationOptions": "6 objects",
 }
 """What an example prints, by its first line's beginning."""
+
+URDF_JOINT = """<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>
+<axis xyz="{axis}"/><limit lower="{low}" upper="3" velocity="{speed}" effort="9"/></joint>"""
+"""Joint of an arm or a gripper. Their links have no inertia and no shape."""
+
+
+def urdf(*joints: tuple) -> str:
+    """Return a URDF of joints (name, kind, parent, child, axis, low, speed)."""
+    names = ("name", "kind", "parent", "child", "axis", "low", "speed")
+    links = dict.fromkeys(link for joint in joints for link in joint[2:4])
+    text = "".join(f'<link name="{link}"/>' for link in links)
+    text += "".join(URDF_JOINT.format(**dict(zip(names, one, strict=True))) for one in joints)
+    return f'<robot name="{joints[0][0]}">{text}</robot>'
+
+
+ARM_URDF = urdf(
+    ("shoulder", "revolute", "foot", "upper", "0 0 1", -3, 0.5),
+    ("elbow", "revolute", "upper", "flange", "0 1 0", -2, 2.0),
+)
+GRIPPER_URDF = urdf(
+    ("left", "prismatic", "base", "left_jaw", "1 0 0", 0, 0.1),
+    ("right", "prismatic", "base", "right_jaw", "-1 0 0", 0, 0.1),
+)
 
 MEASURING = ("eyehand evaluate", "eyehand chart", "eyehand stress")
 """Commands that measure a whole stage; each stage's own tests run shorter forms of them."""
@@ -86,6 +110,8 @@ def folder(tmp_path, monkeypatch) -> Path:
         shutil.copy(file, tmp_path / "out" / "scene")
     write_png(tmp_path / "robot.png", np.eye(*frame.depth.shape, dtype=np.uint16))
     shutil.copy(LBR_ARM, tmp_path / "robot.xml")
+    (tmp_path / "arm.urdf").write_text(ARM_URDF)
+    (tmp_path / "gripper.urdf").write_text(GRIPPER_URDF)
     (tmp_path / "meshes").mkdir()
     ball_solid = Superquadric(np.full(3, 0.04), (1.0, 1.0), RigidTransform.identity(), "sphere")
     (tmp_path / "meshes" / "ball.stl").write_bytes(mesh_bytes(*mesh(ball_solid, 24), "stl"))

@@ -2,6 +2,6 @@
 
 from .describe import DescribedHand, FileChoices, describe_hand
 from .jaw_postures import JawPostures
-from .read_model import read_spec
+from .read_model import load_description
 
-__all__ = ["DescribedHand", "FileChoices", "JawPostures", "describe_hand", "read_spec"]
+__all__ = ["DescribedHand", "FileChoices", "JawPostures", "describe_hand", "load_description"]

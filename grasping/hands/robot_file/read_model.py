@@ -7,6 +7,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from numpy.typing import ArrayLike
+
 from eyehand.errors import InputError
 
 from .mesh_bytes import mesh_shape
@@ -61,19 +64,52 @@ def read_model(
         raise _unreadable(Path(path), error, urdf) from None
 
 
-def read_spec(path: Path | str) -> Any:
-    """Read a robot's file as `MjSpec`, with the same corrections as for a description.
+def load_description(
+    path: Path | str,
+    *,
+    package_dirs: Sequence[Path | str] = (),
+    home: ArrayLike | None = None,
+) -> Any:
+    """Read a robot's MJCF or URDF file as `MjSpec`, with the same corrections as for a hand.
+
+    The spec keeps the ``<limit velocity>`` of a URDF for `eyehand.control.RobotModel`, also after
+    ``attach_body``. A gripper can be attached to it, and a frame or keyframe added.
+
+    Parameters
+    ----------
+    path
+        MJCF or URDF file. Mesh paths are relative to it.
+    package_dirs
+        Folders with ROS packages, for ``package://`` paths of a URDF. The folders above the file
+        and those of ``ROS_PACKAGE_PATH`` are searched too.
+    home
+        Rest posture, one number for each joint of the file in its order, rad or m. It becomes the
+        keyframe ``home``. MuJoCo appends the joints of a gripper that is attached later, at 0.
 
     Raises
     ------
     InputError
-        If the file is invalid.
+        If the file is invalid, or ``home`` does not fit its joints.
     DeviceError
         If MuJoCo cannot be loaded.
     """
-    spec, _, urdf = _read(Path(path), ())
-    if urdf is None:
-        return spec
+    spec, _, urdf = _read(Path(path), package_dirs)
+    from eyehand.control import add_speed_limits
+
+    if urdf is not None:
+        spec = _without_files(Path(path), spec, urdf)
+        add_speed_limits(spec, urdf.text)
+    if home is not None:
+        names = ", ".join(joint.name for joint in spec.joints)
+        posture = np.asarray(home, dtype=np.float64)
+        if posture.shape != (spec.compile().nq,) or not np.isfinite(posture).all():
+            raise InputError(f"{path}: home must be finite numbers, one for each of {names}")
+        spec.add_key(name="home", qpos=posture)
+    return spec
+
+
+def _without_files(path: Path, spec: Any, urdf: Urdf) -> Any:
+    """Return the spec of a URDF with the corners of its meshes in place of files."""
     # MuJoCo looks for the files of all meshes in vain if a spec with contents in memory is attached
     # to another one. In the text of a spec, meshes are numbers.
     for mesh in spec.meshes:
@@ -84,7 +120,7 @@ def read_spec(path: Path | str) -> Any:
         spec.compile()
         return mujoco.MjSpec.from_string(spec.to_xml())
     except (ValueError, KeyError, mujoco.FatalError) as error:
-        raise _unreadable(Path(path), error, urdf) from None
+        raise _unreadable(path, error, urdf) from None
 
 
 def load_mujoco() -> Any:

@@ -7,7 +7,10 @@ import pytest
 import trimesh
 from gripper_files import rack_and_pinion
 
+from eyehand.control import RobotModel
+from eyehand.control.mujoco_binding import mujoco
 from eyehand.errors import InputError
+from eyehand.grasping import load_description
 from eyehand.grasping.hands import FileChoices, describe_hand
 
 HINGED = """<mujoco>{compiler}<worldbody><body name="base"><geom type="box" size=".05 .02 .01"/>
@@ -49,6 +52,40 @@ def test_tags_of_other_tools_and_half_an_inertia_are_left_out(tmp_path):
     path.write_text(rack_and_pinion().replace('<link name="left">', f'<link name="left">{extra}'))
 
     assert describe_hand(path).hand.stroke == pytest.approx(0.09)
+
+
+LIMITED_ARM = """<robot name="arm"><link name="foot"/><link name="upper">
+<inertial><mass value="1"/></inertial><collision><geometry>
+<mesh filename="package://some_arm/meshes/upper.stl"/></geometry></collision></link>
+<joint name="one" type="revolute"><parent link="foot"/><child link="upper"/><axis xyz="0 0 1"/>
+<limit lower="-3" upper="3" velocity="0.5" effort="9"/></joint>
+<link name="flange"/><joint name="end" type="fixed"><parent link="upper"/><child link="flange"/>
+<origin xyz="0 0 0.3"/></joint></robot>"""
+
+
+def test_description_of_arm_and_gripper_keeps_limits_and_home(tmp_path):
+    (tmp_path / "some_arm" / "meshes").mkdir(parents=True)
+    trimesh.creation.box((0.1, 0.1, 0.3)).export(tmp_path / "some_arm" / "meshes" / "upper.stl")
+    (tmp_path / "away").mkdir()
+    (path := tmp_path / "away" / "arm.urdf").write_text(LIMITED_ARM)
+    (tmp_path / "rack.urdf").write_text(rack_and_pinion())
+
+    arm = load_description(path, package_dirs=[tmp_path], home=[0.4])
+    hand = load_description(tmp_path / "rack.urdf")
+    arm.body("flange").add_frame().attach_body(hand.body("base"), "", "_of_hand")
+    model = RobotModel.load(arm, "flange")
+    assert (model.joint_names, model.speed.tolist(), model.home.tolist()) == (
+        ("one",),
+        [0.5],
+        [0.4],
+    )
+    np.testing.assert_allclose(model.at([0.0]).position, [0.0, 0.0, 0.3], atol=1e-12)
+
+    world = mujoco.MjSpec()  # MuJoCo compiles no spec that was attached, so this comes last.
+    world.worldbody.add_frame().attach_body(arm.body("foot"), "robot/", "")
+    assert RobotModel.load(world, "robot/flange").speed.tolist() == [0.5]
+    with pytest.raises(InputError, match="home must be finite numbers, one for each of one"):
+        load_description(path, package_dirs=[tmp_path], home=[0.4, 0.0])
 
 
 @pytest.mark.parametrize("suffix", ["glb", "ply"])
