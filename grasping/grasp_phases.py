@@ -236,6 +236,7 @@ def grip(cell: Cell, state: PickState) -> PhaseFailure | None:
     """Improve the grasp, if the options say so, and wait until the grip force is constant."""
     balance(cell, state)
     cell.wait(GRIP_SECONDS, lambda reading: state.grip_command(cell, reading))
+    state.gripped = cell.hand.width(cell.reading.hand)
     state.T_palm_world_at_grasp = cell.palm_pose().inv()
     state.follow_load(cell)
     return None

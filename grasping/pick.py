@@ -53,7 +53,7 @@ def pick_object(cell: Cell, grasp: SelectedGrasp) -> PickReport:
         if failure.outcome == "hand_stalled":
             # Late jaws may still follow earlier commands.
             cell.wait(LATE_JAWS, cell.hand.opened())
-        state.release(cell)
+        failure = state.release(cell) or failure
     cell.plan = None
     return PickReport(
         label=grasp.target.label,

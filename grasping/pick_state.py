@@ -56,6 +56,9 @@ OPEN_SECONDS, OPENED = 0.25, 0.02
 """Time in which fingers let go, s, and the increase of the width at which a hand has let go, m."""
 JAW_SECONDS = 3.0
 """Time limit in which jaws let go, s. Some react late or open slowly."""
+MIN_OPENED = 0.002
+"""Increase of the width at which jaws have let go after this time, m. Some do not open by their
+whole stroke. Encoders are accurate to 1 mm."""
 GOAL_TOLERANCE = 0.004
 """Error at which a goal far from the object counts as reached, m or rad."""
 RETREAT_TOLERANCE = 0.01
@@ -117,6 +120,8 @@ class PickState:
     """Measurement of the wrist with the empty hand, (6,); None without this sense."""
     held: HeldGrip | None = None
     """Adjusts the grip to the measured load; None without a sense of it."""
+    gripped: float | None = None
+    """Width of the hand that holds the object, m; None before the grip."""
     T_palm_world_at_grasp: RigidTransform = field(default_factory=RigidTransform.identity)
     """Transform from world to palm at the time of the grasp. It maps the perceived pose of the
     object to its pose in the palm while the object is held."""
@@ -292,7 +297,9 @@ class PickState:
         )
 
     def release(self, cell: Cell, goal: NDArray[np.float64] | None = None) -> PhaseFailure | None:
-        """Open the hand and move it off the object; return the failure if jaws do not open.
+        """Open the hand and move it off the object; return the failure if jaws do not let go.
+
+        In that case the arm stays.
 
         Parameters
         ----------
@@ -301,19 +308,20 @@ class PickState:
         goal
             Goal of the palm, (3,), world, m. None moves back against the palm's direction.
         """
-        jaws = isinstance(cell.robot.hand, ParallelHand)
-        held = cell.hand.width(cell.reading.hand)
+        waits = isinstance(cell.robot.hand, ParallelHand) and self.closing is not None
+        width = held = cell.hand.width(cell.reading.hand)
+        if waits and self.gripped is not None:
+            held = min(held, self.gripped)
         opened = held + min(OPENED, 0.5 * max(cell.hand.max_opening - held, 0.0))
-        end = cell.reading.time + (JAW_SECONDS if jaws else OPEN_SECONDS)
-        while cell.reading.time < end and not cell.halted:
-            if cell.hand.width(cell.reading.hand) >= opened:
-                break
+        end = cell.reading.time + (JAW_SECONDS if waits else OPEN_SECONDS)
+        # A width that is not a number counts as narrow.
+        while not width >= opened and cell.reading.time < end and not cell.halted:
             cell.step(np.zeros(len(cell.robot.joints)), cell.hand.opened())
-        if jaws and cell.hand.width(cell.reading.hand) < opened and not cell.halted:
-            return PhaseFailure(
-                "hand_stalled",
-                f"the hand does not let go: it is {1e3 * held:.0f} mm wide after {JAW_SECONDS:g} s",
-            )
+            width = cell.hand.width(cell.reading.hand)
+        let_go = width >= min(opened, held + MIN_OPENED)
+        if waits and self.gripped is not None and not let_go and not cell.halted:
+            reason = f"it is {1e3 * width:.0f} mm wide after {JAW_SECONDS:g} s"
+            return PhaseFailure("hand_stalled", f"the hand does not let go: {reason}")
         palm = cell.palm_pose()
         back = palm.translation - self.retreat(cell) * palm.rotation.as_matrix()[:, 2]
         tasks = (Position(back if goal is None else goal), Orientation(palm.rotation))

@@ -10,6 +10,7 @@ from eyehand.apps.grasp.ground_truth_scene import ground_truth_scene
 from eyehand.data_synth.scenes import TabletopObject
 from eyehand.grasping.cell import Cell
 from eyehand.grasping.clearing import ClearOptions, clear_table
+from eyehand.grasping.pick_state import PhaseFailure, PickState
 from eyehand.grasping.report import PickReport
 from eyehand.grasping.tray import Tray
 from eyehand.perception import Superquadric
@@ -80,6 +81,17 @@ def test_loss_during_lift_is_slipped_and_later_is_lost():
     assert first_pick(lifting, [box()], []).outcome == "slipped"
     carrying = FakeRobot(lost_at=times["place"].start + 0.2)
     assert first_pick(carrying, [box()], []).outcome == "lost"
+
+
+def test_hand_that_does_not_let_go_after_a_failed_phase_ends_clearing(monkeypatch):
+    stalled = PhaseFailure("hand_stalled", "the hand does not let go")
+    monkeypatch.setattr(PickState, "release", lambda *_: stalled)
+    robot = FakeRobot(object_width=None)
+    report, cell = run(robot, [box()])
+    (pick,) = report.picks
+    assert (pick.outcome, pick.phases[-1].phase) == ("hand_stalled", "close")
+    assert "does not let go" in report.stop_reason
+    assert np.linalg.norm(robot.q - cell.home) > 0.1, "the arm stays"
 
 
 def test_early_thumb_contact_shifts_hand_once_then_fails():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,12 +12,15 @@ from scipy.spatial.transform import RigidTransform
 from eyehand.apps.grasp.ground_truth_scene import ground_truth_scene
 from eyehand.control.tasks import Position
 from eyehand.data_synth.scenes import TabletopObject
-from eyehand.grasping import GraspOptions, plan_prototypes
+from eyehand.grasping import GraspOptions, JawReading, load_hand, plan_prototypes
+from eyehand.grasping import pick_state as pick_state_module
 from eyehand.grasping.cell import Cell
 from eyehand.grasping.grasp_phases import pre_grasp
 from eyehand.grasping.hands import GripOptions
 from eyehand.grasping.hands.closing import preshape_command
+from eyehand.grasping.hands.jaw_control import JawControl
 from eyehand.grasping.motion import NEAR_ENOUGH, execute
+from eyehand.grasping.pick_options import PickOptions
 from eyehand.grasping.pick_state import PickState, SelectedGrasp
 from eyehand.grasping.tray import Tray
 from eyehand.perception import Superquadric
@@ -115,6 +119,72 @@ def test_bounce_between_the_pads_is_no_loss(cell):
     for _ in range(60):
         cell.step(np.zeros(7), closing.step(cell.reading.hand, cell.robot.period))
     assert state.lost(cell)
+
+
+class Jaws:
+    """A cell whose jaws open at a speed, after a time, to a width."""
+
+    halted = ""
+    options = PickOptions()
+
+    def __init__(self, width, *, reached=0.08, late=0.0, speed=0.1):
+        self.hand = JawControl(load_hand("panda"))
+        self.robot = SimpleNamespace(hand=self.hand.model, joints=("j",))
+        self.reading = SimpleNamespace(time=0.0, hand=JawReading(width))
+        self.reached, self.late, self.speed = reached, late, speed
+
+    def step(self, _velocity, _command):
+        """Open the jaws for one period."""
+        time, width = self.reading.time + 0.01, self.reading.hand.width
+        if time > self.late:
+            width = max(width, min(width + 0.01 * self.speed, self.reached))
+        self.reading = SimpleNamespace(time=time, hand=JawReading(width))
+
+    def palm_pose(self):
+        """Return a pose that no test reads."""
+        return RigidTransform.identity()
+
+
+def released(monkeypatch, jaws, gripped):
+    """Release an object gripped at a width; return the failure, and whether the hand moved off."""
+    moved = []
+    monkeypatch.setattr(pick_state_module, "execute", lambda *_: moved.append(True))
+    monkeypatch.setattr(PickState, "move_off", lambda *_: None)
+    state = pick_state("precision")
+    if gripped is not None:
+        state.closing, state.gripped = jaws.hand.closing("precision", 0.08, GripOptions()), gripped
+    return state.release(jaws), bool(moved)
+
+
+@pytest.mark.parametrize(
+    ("width", "gripped", "opens", "least", "most"),
+    [
+        (0.04, 0.04, {"late": 1.0, "speed": 0.05}, 1.3, 1.5),
+        (0.04, 0.04, {"speed": 0.002}, 3.0, 3.1),
+        (0.07, 0.07, {"reached": 0.074}, 3.0, 3.1),
+        (0.079, 0.04, {"reached": 0.079}, 0.0, 0.0),
+        (0.0, 0.04, {"speed": 0.01}, 1.9, 2.1),
+        (0.079, None, {"reached": 0.079}, 0.2, 0.3),
+    ],
+    ids=["late", "very slow", "not by the whole stroke", "open before", "object lost", "no grip"],
+)
+def test_hand_moves_off_once_its_jaws_have_let_go(monkeypatch, width, gripped, opens, least, most):
+    jaws = Jaws(width, **opens)
+    assert released(monkeypatch, jaws, gripped) == (None, True)
+    assert least <= jaws.reading.time <= most
+
+
+@pytest.mark.parametrize(
+    ("width", "reached", "said"),
+    [(0.04, 0.041, "41 mm wide after 3 s"), (np.nan, np.nan, "nan mm wide")],
+    ids=["jaws that stay", "width that is not a number"],
+)
+def test_arm_stays_while_its_jaws_may_hold_the_object(monkeypatch, width, reached, said):
+    failure, moved = released(monkeypatch, Jaws(width, reached=reached), 0.04)
+    assert failure is not None
+    assert failure.outcome == "hand_stalled"
+    assert said in failure.reason
+    assert not moved
 
 
 def recorded_commands(cell, controller=None):
