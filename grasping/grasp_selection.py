@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from eyehand.errors import InputError
+
 from .control_tasks import control_tasks
 from .hands import HandModel, ParallelHand
 from .hold_quality import plan_hold
@@ -65,12 +67,16 @@ class GraspSelection:
 def select_grasp(
     cell: Cell,
     scene: Scene,
-    failed: FailedGrasps,
+    failed: FailedGrasps | None = None,
     options: GraspOptions | None = None,
     perceive_ms: float = 0.0,
     spent_ms: float = 0.0,
+    labels: Collection[int] | None = None,
 ) -> GraspSelection:
     """Select the grasp with the best score that the arm can reach.
+
+    The arm avoids all objects of the scene. To pick a chosen one, name its label; a scene without
+    the others would lead the hand through them.
 
     Parameters
     ----------
@@ -80,23 +86,34 @@ def select_grasp(
         Perceived scene.
     failed
         Failed grasps, which are not tried again. An object with `PickOptions.max_attempts` of them
-        is skipped.
+        is skipped. Default: none.
     options
         Options of grasp planning.
     perceive_ms
         Computing time of perception, ms, for the report.
     spent_ms
         Computing time of earlier selections without a result, ms. It is added.
+    labels
+        Labels (`SceneObject.label`) of the objects that may be picked. Default: all.
+
+    Raises
+    ------
+    InputError
+        If the scene has no object with one of the labels.
     """
     began = time.perf_counter()
+    items = _chosen(scene, labels)
     cell.enter("select")
     warned = _warned_weights(scene)
     skipped: dict[int, str] = {}
-    tried = failed.recognise(scene)
-    for label, entry in tried.items():
-        if len(entry.grasps) >= cell.options.max_attempts:
-            skipped[label] = f"skipped after {len(entry.grasps)} attempts"
-    open_items = [item for item in scene.objects if item.label not in skipped]
+    tried = {} if failed is None else failed.recognise(scene)
+    open_items: list[SceneObject] = []
+    for item in items:
+        attempts = len(tried[item.label].grasps) if item.label in tried else 0
+        if attempts >= cell.options.max_attempts:
+            skipped[item.label] = f"skipped after {attempts} attempts"
+        else:
+            open_items.append(item)
     worlds: Worlds = {}
     stages = _stages(cell, scene, open_items, tried, options, skipped)
     ordered = (one for planned in stages for one in _weighed(planned, tried, warned))
@@ -110,6 +127,21 @@ def select_grasp(
             return GraspSelection(grasp, _by_label(skipped), plan_ms)
         skipped[item.label] = reason
     return GraspSelection(None, _by_label(skipped), spent_ms + 1e3 * (time.perf_counter() - began))
+
+
+def _chosen(scene: Scene, labels: Collection[int] | None) -> Sequence[SceneObject]:
+    """Return the objects with labels, or all objects; raise an `InputError` for unknown labels."""
+    if labels is None:
+        return scene.objects
+    unknown = set(labels) - {item.label for item in scene.objects}
+    if unknown:
+        solids = [(item.label, item.fit.superquadric) for item in scene.objects]
+        known = [f"{label} ({solid.kind if solid else 'no solid'})" for label, solid in solids]
+        raise InputError(
+            f"labels: the scene has no object {', '.join(map(str, sorted(unknown)))}; "
+            f"its objects are {', '.join(known) or 'none'}"
+        )
+    return [item for item in scene.objects if item.label in labels]
 
 
 def _stages(

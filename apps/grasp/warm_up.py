@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from eyehand.grasping import (
-    FailedGrasps,
     HandModel,
     load_hand,
     observe,
@@ -25,7 +24,7 @@ def warm_up_grasping(*, jaws: bool = False) -> None:
     cell, robot = make_cell(GraspTrial(family="packed", seed=0, objects=2, known=True))
     scene, _, _ = observe(cell)
     if scene is not None:
-        select_grasp(cell, scene, FailedGrasps())
+        select_grasp(cell, scene)
         if isinstance(robot.hand, HandModel):
             for _ in plan_opposed_grasps(scene, robot.hand, {scene.objects[0].label}):
                 break

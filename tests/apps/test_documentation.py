@@ -54,6 +54,7 @@ PRINTED = {
     "from eyehand.control import RobotModel": "shoulder elbow at most [0.5 2. ] rad/s",
     "from eyehand.perception import perceive\nfrom eyehand.perception.cameras": "6 objects",
     "import logging": "ended: clear",
+    "import numpy as np\nfrom eyehand.apps": "placed",
     "import numpy as np\nfrom eyehand.tactile": "0 dead tactels",
     "import numpy as np\nfrom scipy": "1 object",
     "from eyehand.data_synth.pad": "no fault, phase task",

@@ -20,6 +20,7 @@ from eyehand.grasping.grasp_selection import select_grasp
 from eyehand.grasping.motion import remaining_distance
 from eyehand.grasping.pick import pick_object
 from eyehand.grasping.pick_options import PickOptions
+from eyehand.grasping.pick_state import PickState
 from eyehand.grasping.planning import plan_prototypes
 from eyehand.grasping.tray import Tray
 from eyehand.perception import SceneWarning, Superquadric, SuperquadricFit
@@ -253,6 +254,23 @@ def test_spent_time_counts_as_planning_time():
     assert selection.plan_ms > 500.0
 
 
+def test_a_chosen_object_is_picked_while_the_others_stay_obstacles():
+    cell = trial_cell(FakeRobot(), [box(-0.1), box(0.05)])
+    scene = cell.perceive(cell.robot.capture())
+    best = select_grasp(cell, scene).grasp
+    assert best is not None
+    other = next(item for item in scene.objects if item.label != best.target.label)
+
+    chosen = select_grasp(cell, scene, labels=[other.label]).grasp
+
+    assert chosen is not None
+    assert chosen.target is other
+    world = PickState(chosen).world(cell, "obstacle")
+    assert any(one.name.endswith(str(best.target.label)) for one in world.obstacles)
+    with pytest.raises(InputError, match=r"no object 7; its objects are 1 \(box\), 2 \(box\)"):
+        select_grasp(cell, scene, labels=[1, 7])
+
+
 def test_remaining_distance_ignores_angles():
     tasks = (Position(np.zeros(3)), Orientation(np.eye(3)))
     assert remaining_distance(tasks, (0.003, 0.2)) == 0.003
@@ -272,7 +290,7 @@ def test_objects_with_warnings_come_later():
     robot = FakeRobot()
     cell = trial_cell(robot, [box(0.05), box(-0.1)])
     scene = cell.perceive(robot.capture())
-    first = select_grasp(cell, scene, FailedGrasps()).grasp
+    first = select_grasp(cell, scene).grasp
     assert first is not None
     warning = SceneWarning("cut_by_image", "cut", first.target.label)
     warned = replace(scene, segmentation=replace(scene.segmentation, warnings=(warning,)))
@@ -285,7 +303,7 @@ def test_grasps_that_will_probably_not_hold_come_last(monkeypatch):
     robot = FakeRobot()
     cell = trial_cell(robot, [box(0.05), box(-0.1)])
     scene = cell.perceive(robot.capture())
-    first = select_grasp(cell, scene, FailedGrasps()).grasp
+    first = select_grasp(cell, scene).grasp
     assert first is not None
     asked = []
 
@@ -294,13 +312,13 @@ def test_grasps_that_will_probably_not_hold_come_last(monkeypatch):
         return float(plan.name != first.plan.name)
 
     monkeypatch.setattr(grasp_selection, "plan_hold", hold_of_others)
-    other = select_grasp(cell, scene, FailedGrasps()).grasp
+    other = select_grasp(cell, scene).grasp
     assert other is not None
     assert other.plan.name != first.plan.name
     assert len(asked) > 1
     # Without a better grasp, the order of the scores remains.
     monkeypatch.setattr(grasp_selection, "plan_hold", lambda *_: 0.0)
-    same = select_grasp(cell, scene, FailedGrasps()).grasp
+    same = select_grasp(cell, scene).grasp
     assert same is not None
     assert (same.target.label, same.plan.name) == (first.target.label, first.plan.name)
 
@@ -315,7 +333,7 @@ def test_fingers_are_planned_as_jaws_where_no_usual_grasp_is_reached(monkeypatch
         return "too far" if usual else reach(cell, state, worlds)
 
     monkeypatch.setattr(grasp_selection, "check_reachability", reach_of_jaws)
-    grasp = select_grasp(cell, scene, FailedGrasps()).grasp
+    grasp = select_grasp(cell, scene).grasp
     assert grasp is not None
     assert grasp.plan.gripped_width == pytest.approx(0.03, abs=0.002)
 
