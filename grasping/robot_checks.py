@@ -132,14 +132,14 @@ def _cause(q: NDArray[np.float64]) -> str:
 
 
 def check_tray(tray: Tray, model: RobotModel) -> None:
-    """Raise an `InputError` if a tray is not within the reach of the arm, or larger than it."""
+    """Raise an `InputError` if a tray is out of the arm's reach, or larger than all it reaches."""
     check_type(tray, Tray, "tray")
     state, anchors = model.at(model.home), model.data.xanchor[model.joints]
     points = np.vstack([anchors[np.argsort(model.joints)], state.position])
     reach = float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
     if not model.hinge.all():
         return
-    if max(*tray.size, tray.wall_height) > reach:
+    if max(*tray.size) > 2.0 * reach or tray.wall_height > reach:
         raise InputError(
             f"the tray has size {tray.size} m and wall_height {tray.wall_height:g} m, the arm "
             f"reaches {reach:.2g} m: give them in m, not in mm"

@@ -122,11 +122,17 @@ def test_frame_without_a_pose_ends_clearing():
 
 
 @pytest.mark.parametrize(
-    "sizes", [{"size": (250.0, 360.0)}, {"wall_height": 60.0}], ids=["size", "wall"]
+    "sizes",
+    [{"size": (25.0, 36.0)}, {"size": (250.0, 360.0)}, {"wall_height": 60.0}],
+    ids=["cm", "mm", "wall"],
 )
 def test_tray_larger_than_the_arm_is_refused(sizes):
     with pytest.raises(InputError, match="give them in m, not in mm"):
         Cell(FakeRobot(), no_scene, replace(TRAY, **sizes))
+
+
+def test_tray_longer_than_the_arm_is_accepted():
+    Cell(FakeRobot(), no_scene, replace(TRAY, size=(0.8, 1.2)))
 
 
 def test_two_trays_are_refused():
