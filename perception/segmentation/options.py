@@ -58,7 +58,7 @@ class SegmentationOptions:
     better. It takes tens of ms for each ambiguous object."""
     scale_check: bool = True
     """Divide the image once more at half the resolution, and warn where both divisions disagree. It
-    changes no label. Images below 450 columns, also after the stride, are not checked."""
+    changes no label. Images below 448 columns, also after the stride, are not checked."""
     threads: int = 1
     """Threads of the window stages. 2 save time on idle cores and cost time on busy ones."""
     min_object: int = 120

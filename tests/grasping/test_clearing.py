@@ -144,7 +144,7 @@ def test_every_image_and_pick_gets_a_line(caplog):
     report, _ = cleared(FakeRobot(), [box()])
 
     lines = [record.getMessage() for record in caplog.records]
-    assert lines[0].startswith("image 1: objects on the table: 1; the tray's floor is ")
+    assert lines[0] == "image 1: objects on the table: 1; the tray's floor is 6 mm above the table"
     assert lines.count(f"pick 1: {report.picks[0]}") == 1
     assert str(report.picks[0]).startswith("box, ")
 

@@ -44,6 +44,10 @@ def test_two_balls_joined_to_one_are_named_and_no_label_changes():
     assert "scale_check" in checked.timings
 
 
-def test_small_image_is_not_checked():
-    frame, _ = ball_frame([(0.0, 0.65, 0.04)])
-    assert "scale_check" not in segment(frame).timings
+@pytest.mark.parametrize(("width", "height", "checked"), [(447, 335, False), (449, 337, True)])
+def test_images_from_448_columns_on_are_checked_also_of_odd_size(width, height, checked):
+    camera = CameraIntrinsics(364.0, 364.0, 223.5, 167.5, width, height)
+    frame, _ = ball_frame([(0.0, 0.65, 0.04)], camera)
+    found = segment(frame)
+    assert found.count == 1
+    assert ("scale_check" in found.timings) == checked
