@@ -86,7 +86,7 @@ def find_unknown(
     support
         The support.
     masked
-        Pixels of the whole frame that were masked on purpose, (H, W), or None.
+        Pixels of the image that were masked on purpose, (H, W), or None.
     walls
         Whether walls stand on the support. As they cast long shadows, the whole ring must then show
         the support.
@@ -96,8 +96,7 @@ def find_unknown(
     on_support = np.abs(tops) <= band
     hidden = (empty & ~_shadows(tops, band, image, support)).astype(np.uint8)
     if masked is not None:
-        stride = round(masked.shape[1] / image.depth.shape[1])
-        hidden[_any_in_blocks(masked[::stride, ::stride], image.length(BLOCK))] = 0
+        hidden[_any_in_blocks(masked, image.length(BLOCK))] = 0
     core = cv2.morphologyEx(hidden, cv2.MORPH_OPEN, np.ones((MIN_WIDTH,) * 2, np.uint8))
     count, labels, stats, _ = cv2.connectedComponentsWithStats(core, connectivity=8)
     rows, columns = tops.shape

@@ -106,6 +106,14 @@ def test_masked_pixels_are_no_region(stride):
     assert segment(frame.without(hidden), SegmentationOptions(stride=stride)).unknown == ()
 
 
+def test_mask_of_a_size_that_the_stride_does_not_divide():
+    camera = CameraIntrinsics(260.0, 260.0, 160.0, 120.0, 321, 241)
+    frame, _ = solid_frame([], camera=camera)
+    mask = np.zeros(frame.depth.shape, bool)
+    mask[100:130, 140:180] = True
+    assert segment(frame.without(mask), SegmentationOptions(stride=16)).unknown == ()
+
+
 def test_outline_is_in_pixels_of_the_frame():
     frame, _ = frame_without([], [Box(0.0, 0.7, (0.08, 0.08, 0.1))])
     (whole,) = segment(frame).unknown
