@@ -74,8 +74,11 @@ def joint_speed(
     if limits is None:
         limits = _by_type(model, joints, DEFAULT_TURN_SPEED, DEFAULT_SLIDE_SPEED)
         numerics = [model.numeric(k) for k in range(model.nnumeric)]
+        mark = f"{SPEED_NUMERIC}."
         # A prefix of an attached spec stands before the names of its numerics and joints.
-        by_joint = {one.name.replace(f"{SPEED_NUMERIC}.", "", 1): one.data[0] for one in numerics}
+        by_joint = {
+            one.name.replace(mark, "", 1): one.data[0] for one in numerics if mark in one.name
+        }
         for column, joint in enumerate(joints):
             limits[column] = by_joint.get(model.joint(int(joint)).name, limits[column])
     if not np.all(limits > 0.0):

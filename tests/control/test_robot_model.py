@@ -159,6 +159,13 @@ def test_home_and_speed_are_read_from_file() -> None:
     np.testing.assert_allclose(given.speed, 2.0)
 
 
+def test_a_number_with_the_name_of_a_joint_is_no_speed_limit() -> None:
+    numbers = '<numeric name="turn" data=".1"/><numeric name="joint_speed.wrist" data=".2"/>'
+    text = ARM.replace("</mujoco>", f"<custom>{numbers}</custom></mujoco>")
+    robot = RobotModel.load(text, "tool", joints=["turn", "wrist"])
+    np.testing.assert_allclose(robot.speed, [1.5, 0.2])
+
+
 def test_urdf_with_meshes_keeps_fixed_links_and_speed_limits(tmp_path: Path) -> None:
     (tmp_path / "meshes").mkdir()
     (tmp_path / "meshes" / "wedge.obj").write_text(WEDGE)
