@@ -52,8 +52,8 @@ class RobotFiles:
 def primitive(solid: Superquadric) -> Primitive | None:
     """Return the primitive equal to the solid, or None if only a mesh has its shape.
 
-    A round section has exponent 1. A sharp edge has at most the exponent of fitted boxes and
-    cylinders (`EDGE_EXPONENT`).
+    A round section has exponent 1. A sharp edge has at most the exponent of fitted
+    cylinders (`EDGE_EXPONENT`). That of fitted boxes is lower.
     """
     e1, e2 = solid.exponents
     a = [float(value) for value in solid.semi_axes]

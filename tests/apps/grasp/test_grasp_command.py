@@ -142,7 +142,7 @@ def test_page_holds_the_list_of_grasps(page):
     text = page.read_text()
     assert text.lstrip().lower().startswith("<!doctype html")
     assert "<title>Grasps of depth.png: generic</title>" in text
-    assert "object 3, 67 mm wide, " in text
+    assert "object 3, 66 mm wide, " in text
 
 
 def test_page_works_in_a_browser(page, browser):

@@ -69,8 +69,8 @@ def test_depths_equal_the_smallest_scale_before_the_reading(seed):
         lowest = radial_scale(shape, origin + along[:, None] * ray).min()
         expected = np.exp(shape.log_axes.min()) * (1.0 - lowest)
         assert value <= expected + 1e-3
-        # Far outside, a tapered solid has several minima along a ray.
-        if value > -0.3:
+        # Farther outside, a tapered solid can have several minima along a ray.
+        if expected > -0.2:
             assert value == pytest.approx(expected, abs=1e-3)
 
 

@@ -18,6 +18,7 @@ from eyehand.perception.superquadric import (
     sample_surface,
 )
 from eyehand.perception.superquadric import finish as finish_module
+from eyehand.perception.superquadric.kinds import BOX_EXPONENT, fixed_exponents
 
 VIEW = np.array([0.4, -0.3, 0.6])
 
@@ -222,10 +223,14 @@ def test_exponent_range_limits_kinds_with_free_exponents(exponent_range, monkeyp
     rng = np.random.default_rng(6)
     _, points, plane = make_cloud("box", [0.03, 0.05, 0.08], (0.1, 0.1), rng)
     fit = fit_superquadric(points, support_plane=plane)
-    for candidate in fit.candidates:
-        low, high = (
-            (0.1, 1.0) if candidate.kind not in ("superquadric", "tapered") else exponent_range
-        )
+    assert fit.superquadric is not None
+    assert fit.superquadric.kind == "box"
+    assert fit.superquadric.exponents == (BOX_EXPONENT, BOX_EXPONENT)
+    for candidate in fit.candidates[1:]:
+        fixed = fixed_exponents(candidate.kind)
+        if fixed is not None:
+            assert candidate.superquadric.exponents == fixed
+        low, high = (0.1, 1.0) if fixed else exponent_range
         assert all(low <= e <= high for e in candidate.superquadric.exponents)
 
 
@@ -261,3 +266,29 @@ def test_arguments_of_wrong_shape_raise(arguments):
 def test_option_errors_list_valid_choices(invalid, message):
     with pytest.raises(InputError, match=message):
         FitOptions(**invalid)
+
+
+def box_view(half, yaw, camera, rng):
+    """Return 600 noisy points on those sides of an exact box on a table that the camera sees."""
+    signed = np.concatenate([np.eye(3), -np.eye(3)])
+    turn = Rotation.from_euler("z", yaw)
+    towards = (turn.apply(camera - [0, 0, half[2]], inverse=True) - signed * half) * signed
+    seen = np.clip(towards.sum(axis=1), 0.0, None) / np.abs(signed @ half)
+    points = half * rng.uniform(-1, 1, (600, 3))
+    sides = rng.choice(6, 600, p=seen / seen.sum())
+    points = np.where(signed[sides] == 0, points, signed[sides] * half)
+    return turn.apply(points) + [0, 0, half[2]] + 0.001 * rng.normal(size=(600, 3))
+
+
+def test_sizes_of_exact_boxes_have_no_bias():
+    rng = np.random.default_rng(300)
+    camera, errors = np.array([0.7, 0.0, 0.5]), []
+    for _ in range(12):
+        half, yaw = rng.uniform(0.02, 0.06, 3), rng.uniform(0.1, 1.4)
+        points = box_view(half, yaw, camera, rng)
+        fit = fit_superquadric(points, view_origin=camera, support_plane=[0, 0, 1, 0])
+        assert fit, fit.reason
+        assert fit.superquadric is not None
+        errors.append(2 * (np.sort(fit.superquadric.semi_axes) - np.sort(half)))
+    assert abs(np.mean(errors)) < 0.0003
+    assert np.abs(errors).mean() < 0.0007
