@@ -47,7 +47,8 @@ def remove_container_parts(
 
     A divider is straight, parallel to two walls of its container, and ends at the other two. Its
     upper edge has one height. The walls between two containers side by side look the same.
-    A round corner ends at two walls beside each other. It reaches up to the rim and far down.
+    A round corner ends at two walls beside each other. Its upper edge is the rim, and it reaches far
+    down.
     A wall above the measured rim lies in the plane of a wall, between its neighbours, along most of
     its length. All else stays: a lost object is worse than a false one.
 
@@ -91,8 +92,8 @@ def _is_container_part(points: NDArray[np.float64], found: FoundContainer) -> bo
     if top - rim > -LEVEL and foot <= min(CORNER_FOOT * rim, top - MAX_WIDTH):
         for first, second in zip(gaps.T, np.roll(gaps, -1, axis=1).T, strict=True):
             ends = np.quantile([first, second], 0.02, axis=1)
-            across = np.ptp(np.quantile(first + second, [0.1, 0.9])) / np.sqrt(2)
-            if (np.abs(ends) <= MAX_END_GAP).all() and across <= MAX_WIDTH:
+            along, across = (first - second) / np.sqrt(2), (first + second) / np.sqrt(2)
+            if (np.abs(ends) <= MAX_END_GAP).all() and _is_sheet(along, across, heights, MAX_WIDTH):
                 return True
     for axis in (0, 1):
         ends = np.sort(gaps[:, [axis, axis + 2]], axis=0)[round(0.02 * (len(plan) - 1))]

@@ -16,11 +16,12 @@ ROOM_DEPTH = 3.0
 
 
 class Block(NamedTuple):
-    """A box with its centre at `at`, rotated about z by `yaw`."""
+    """A box with its centre at `at`, rotated about its y axis by `pitch`, then about z by `yaw`."""
 
     at: tuple[float, float, float]
     size: tuple[float, float, float]
     yaw: float = 0.0
+    pitch: float = 0.0
 
 
 class Tub(NamedTuple):
@@ -86,7 +87,7 @@ def tub_frame(
 def _intersect(
     block: Block, eye: NDArray[np.float64], rays: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    turned = Rotation.from_euler("z", -block.yaw).as_matrix()
+    turned = Rotation.from_euler("ZY", [block.yaw, block.pitch]).inv().as_matrix()
     origin, half = turned @ (eye - np.array(block.at)), np.array(block.size) / 2
     with np.errstate(divide="ignore"):
         faces = (np.array([[-half], [half]]).reshape(2, 1, 1, 3) - origin) / (rays @ turned.T)

@@ -203,6 +203,7 @@ def test_round_corners_and_walls_above_the_rim_are_no_objects():
         (0.1, Block((0.155, 0.105, 0.1), (0.16, 0.014, 0.014), -np.pi / 4)),
         (0.015, Block((0.15, 0.1, 0.007), (0.13, 0.014, 0.014), -np.pi / 4)),
         (0.025, Block((0.1, 0.0, 0.007), (0.014, 0.29, 0.014))),
+        (0.1, Block((0.165, 0.115, 0.055), (0.11, 0.03, 0.03), -np.pi / 4, 0.7)),
     ],
     ids=[
         "in line with a wall, outside",
@@ -212,6 +213,7 @@ def test_round_corners_and_walls_above_the_rim_are_no_objects():
         "pen on the rim across a corner",
         "pen across the corner of a tray",
         "ruler from wall to wall of a tray",
+        "bar that leans in a corner",
     ],
 )
 def test_things_at_walls_and_corners_are_objects(height, block):
