@@ -2,13 +2,29 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 FAR = 0.02
 """Clearances above this count as this, m. It is five standard deviations of a clearance."""
 BLOCKED = -0.012
 """A candidate whose clearance is smaller is given up in any case, m."""
+
+
+class Boxes(NamedTuple):
+    """The boxes of a hand."""
+
+    boxes: NDArray[np.float64]
+    """Boxes of the finger at +x, then those of the palm and the camera, (b, 2, 3), m."""
+    fingers: int
+    """Number of boxes of the finger. Their x counts from the pad, on both sides."""
+    finger_hull: NDArray[np.float64]
+    """Box around those of the finger, (2, 3), m."""
+    fixed_hull: NDArray[np.float64]
+    """Box around the others, (2, 3), m."""
 
 
 @njit(cache=True)
@@ -48,14 +64,16 @@ def clearances(
     out = np.full((n, 2), FAR)
     low = np.empty((2, rank))
     last = rank - 1
-    hulls = _hull(finger), _hull(fixed)
+    hand = Boxes(np.concatenate((finger, fixed)), len(finger), _hull(finger), _hull(fixed))
+    chosen = np.empty(len(hand.boxes), np.int64)
     near = np.empty(len(label))
     for i in range(n):
         low[:] = FAR
         for group in range(len(label)):
             at = to_tool(rotation[i], tip[i], group_centre[group])
             reach = FAR + group_radius[group]
-            near[group] = _nearest(at, half[i], finger, fixed, hulls, False, sweep, reach)
+            few = _near_boxes(at, half[i], hand, False, sweep, reach, chosen)
+            near[group] = _nearest(few, chosen, at, half[i], hand, False, sweep, reach)
             near[group] -= group_radius[group]
         for group in np.argsort(near):
             side = 0 if label[group] == owner[i] else 1
@@ -66,12 +84,13 @@ def clearances(
                     break
                 at = to_tool(rotation[i], tip[i], centre[block])
                 reach = low[side, last] + radius[block]
-                if _nearest(at, half[i], finger, fixed, hulls, False, sweep, reach) >= reach:
+                few = _near_boxes(at, half[i], hand, False, sweep, reach, chosen)
+                if few == 0:
                     continue
                 for k in range(start[block], start[block + 1]):
                     at = to_tool(rotation[i], tip[i], points[k])
                     bound = low[side, last]
-                    distance = _nearest(at, half[i], finger, fixed, hulls, False, sweep, bound)
+                    distance = _nearest(few, chosen, at, half[i], hand, False, sweep, bound)
                     if distance < bound:
                         _insert(low[side], distance)
             if low[side, last] < least[i]:
@@ -115,20 +134,37 @@ def to_tool(rotation, tip, point):
 
 
 @njit(cache=True)
-def _nearest(at, half, finger, fixed, hulls, moving, length, bound):
-    """Return the least value of the hand's boxes at a point in the tool frame, at most `bound`, m.
+def _near_boxes(at, half, hand, moving, length, bound, chosen):
+    """Return the number of boxes with a value below `bound` at a point in the tool frame.
 
-    The value is that of :func:`_box_travel` if the hand is `moving`, else of `_box_distance`.
-    `hulls` are the boxes around those of the finger and those of the palm.
+    The value is that of :func:`_box_travel` if the hand is `moving`, else of `_box_distance`. The
+    indices of the boxes are written into `chosen`.
     """
     x, y, z = at
     side = abs(x) - half
-    if _box_value(side, y, z, hulls[0], moving, length, bound) < bound:
-        for b in range(len(finger)):
-            bound = min(bound, _box_value(side, y, z, finger[b], moving, length, bound))
-    if _box_value(x, y, z, hulls[1], moving, length, bound) < bound:
-        for b in range(len(fixed)):
-            bound = min(bound, _box_value(x, y, z, fixed[b], moving, length, bound))
+    count = 0
+    if _box_value(side, y, z, hand.finger_hull, moving, length, bound) < bound:
+        for b in range(hand.fingers):
+            if _box_value(side, y, z, hand.boxes[b], moving, length, bound) < bound:
+                chosen[count] = b
+                count += 1
+    if _box_value(x, y, z, hand.fixed_hull, moving, length, bound) < bound:
+        for b in range(hand.fingers, len(hand.boxes)):
+            if _box_value(x, y, z, hand.boxes[b], moving, length, bound) < bound:
+                chosen[count] = b
+                count += 1
+    return count
+
+
+@njit(cache=True)
+def _nearest(few, chosen, at, half, hand, moving, length, bound):
+    """Return the least value of the first `few` chosen boxes at a point, at most `bound`, m."""
+    x, y, z = at
+    side = abs(x) - half
+    for k in range(few):
+        b = chosen[k]
+        across = side if b < hand.fingers else x
+        bound = min(bound, _box_value(across, y, z, hand.boxes[b], moving, length, bound))
     return bound
 
 
@@ -189,7 +225,8 @@ def travels(rotation, start, half, points, blocks, groups, finger, fixed, length
     out = np.full(n, length)
     found = np.empty(rank)
     last = rank - 1
-    hulls = _hull(finger), _hull(fixed)
+    hand = Boxes(np.concatenate((finger, fixed)), len(finger), _hull(finger), _hull(fixed))
+    chosen = np.empty(len(hand.boxes), np.int64)
     near = np.empty(len(group_radius))
     for i in range(n):
         found[:] = length
@@ -198,7 +235,8 @@ def travels(rotation, start, half, points, blocks, groups, finger, fixed, length
             reach = group_radius[group]
             at = to_tool(r, t, group_centre[group])
             bound, narrow = length + reach, allowance - reach
-            near[group] = _nearest(at, half[i], finger, fixed, hulls, True, narrow, bound) - reach
+            few = _near_boxes(at, half[i], hand, True, narrow, bound, chosen)
+            near[group] = _nearest(few, chosen, at, half[i], hand, True, narrow, bound) - reach
         for group in np.argsort(near):
             if near[group] >= found[last]:
                 break
@@ -206,12 +244,13 @@ def travels(rotation, start, half, points, blocks, groups, finger, fixed, length
                 reach = radius[block]
                 at = to_tool(r, t, centre[block])
                 bound, narrow = found[last] + reach, allowance - reach
-                if _nearest(at, half[i], finger, fixed, hulls, True, narrow, bound) >= bound:
+                few = _near_boxes(at, half[i], hand, True, narrow, bound, chosen)
+                if few == 0:
                     continue
                 for k in range(first[block], first[block + 1]):
                     at = to_tool(r, t, points[k])
                     bound = found[last]
-                    value = _nearest(at, half[i], finger, fixed, hulls, True, allowance, bound)
+                    value = _nearest(few, chosen, at, half[i], hand, True, allowance, bound)
                     if value < bound:
                         _insert(found, value)
         out[i] = found[last]
