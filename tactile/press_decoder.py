@@ -27,6 +27,15 @@ KNOTS_PER_PITCH, REACH = 4, 3.0
 """Knots of the fitted response per pitch, and the distance at which it ends, pitches."""
 MIN_PRESSES = 20
 """Minimum number of needle presses: each knot of the response then lies in several images."""
+MAX_DEPTH = 0.1
+"""Maximum depth of a press, m: foams of pads are thinner. Depths in mm exceed it."""
+MAX_BESIDE = 1.5
+"""Maximum distance of a needle from the middles of the outermost tactels, pitches. It is then one
+pitch beside the pad, and still in reach of several tactels."""
+MIN_RANK, RANK_SHARE = 6, 0.01
+"""Minimum number of singular values of the needle's places, and the share of the greatest one from
+which they count. Presses between four tactels give 5. The predicted images of other places are then
+12 to 21 % off. A single other place gives 6 or more, and is at most 5 % off."""
 _FINE = 6
 """Sample points of a tactel along each side, over which its response is averaged."""
 _SMOOTHING = 0.02
@@ -160,7 +169,7 @@ def fit_decoder(
     needle_places
         Middle (M, 2) of the needle on the pad, m. The places should differ within a tactel.
     needle_radius
-        Radius of the needle, m.
+        Radius of the needle, m, at most 3 pitches.
 
     Returns
     -------
@@ -170,11 +179,13 @@ def fit_decoder(
     Raises
     ------
     InputError
-        If the array is not a flat grid, shapes disagree, values are not finite, a tactel does not
-        respond, the pressure does not increase with the depth, or a needle image is empty.
+        If the array is not a flat grid, shapes disagree, values are not finite or not in m, a
+        tactel does not respond, the pressure does not increase with the depth, a needle image is
+        empty, or all places lie between four tactels.
     """
     _grid_of(array)
-    _check_presses(array, plate_images, plate_depths, needle_images, needle_places, needle_radius)
+    _check_presses(array, plate_images, plate_depths, needle_images, needle_places)
+    _check_lengths(array, plate_depths, needle_places, needle_radius)
     levels = np.median(plate_images, axis=1)
     if not (levels[0] > 0 and (np.diff(levels) > 0).all()):
         raise InputError(f"pressures under the punch must be > 0 and increase, got {levels} Pa")
@@ -212,6 +223,7 @@ def _fit_response(
     near = np.hypot(*np.moveaxis(offsets, 2, 0)) < radii[-1] + pitch
     # The last knot is 0, so it has no unknown.
     design = _hat_means(offsets[near], radii, pitch, needle_radius)[:, :-1]
+    _check_rank(design)
     scale = np.linalg.norm(design) / np.sqrt(len(radii))
     bend = np.diff(np.eye(len(radii)), n=2, axis=0)[:, :-1] * (_SMOOTHING * scale)
     values, _ = nnls(
@@ -261,7 +273,6 @@ def _check_presses(
     plate_depths: NDArray[np.float64],
     needle_images: NDArray[np.float64],
     needle_places: NDArray[np.float64],
-    needle_radius: float,
 ) -> None:
     count, plates, needles = len(array.positions), len(plate_depths), len(needle_places)
     if plates < 3 or plate_images.shape != (plates, count):
@@ -280,5 +291,37 @@ def _check_presses(
         raise InputError("images, depths and places of presses must be finite")
     if not (plate_depths[0] > 0 and (np.diff(plate_depths) > 0).all()):
         raise InputError(f"depths of the punch must be > 0 and increase, got {plate_depths} m")
-    if not 0 <= needle_radius < np.inf:
-        raise InputError(f"the needle's radius must be >= 0, got {needle_radius} m")
+
+
+def _check_lengths(
+    array: TactileArray, depths: NDArray[np.float64], places: NDArray[np.float64], radius: float
+) -> None:
+    """Refuse depths, places and a radius that are not in m, or not of this pad."""
+    if depths[-1] > MAX_DEPTH:
+        raise InputError(
+            f"depths of the punch must be in m and at most {MAX_DEPTH:g}, got {depths[-1]:g}"
+        )
+    pitch, points = array.area**0.5, array.positions[:, :2]
+    low, high = points.min(axis=0) - MAX_BESIDE * pitch, points.max(axis=0) + MAX_BESIDE * pitch
+    outside = np.flatnonzero(((places < low) | (places > high)).any(axis=1))
+    if len(outside):
+        x, y = places[outside[0]]
+        raise InputError(
+            f"needle places must be in m on the pad, x from {low[0]:.4f} to {high[0]:.4f} and y "
+            f"from {low[1]:.4f} to {high[1]:.4f}, got ({x:g}, {y:g}) in press {outside[0]}"
+        )
+    if not 0 <= radius <= REACH * pitch:
+        raise InputError(
+            f"the needle's radius must be 0 to {REACH * pitch:g} m ({REACH:g} pitches), got "
+            f"{radius:g}"
+        )
+
+
+def _check_rank(design: NDArray[np.float64]) -> None:
+    """Refuse places from which the tactels have too few different distances."""
+    values = np.linalg.svd(design, compute_uv=False)
+    if np.count_nonzero(values > RANK_SHARE * values[0]) < MIN_RANK:
+        raise InputError(
+            "needle places must differ within a tactel: between four tactels, these have too few "
+            "different distances to determine the spread"
+        )

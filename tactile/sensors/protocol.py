@@ -80,7 +80,11 @@ class TactileFrame:
             )
         shape = None if self.shear is None else self.shear.shape
         if shape != ((count, 2) if info.shear else None):
-            raise InputError(f"{info.name}: shear must be {count} x 2 or None, got {shape}")
+            right = f"{count} x 2" if info.shear else "None"
+            raise InputError(
+                f"{info.name}: shear must be {right} because SensorInfo.shear is {info.shear}, got "
+                f"{shape}"
+            )
         if not np.isfinite(self.time):
             raise InputError(f"{info.name}: time must be finite, got {self.time}")
 

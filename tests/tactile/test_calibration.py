@@ -265,11 +265,11 @@ def test_bench_run_rejects_invalid_data():
         BenchRun(run.pressures, run.raw + np.uint16(5000))
     with pytest.raises(InputError, match="integers"):
         BenchRun(run.pressures, run.raw.astype(float))
-    for factor, offset in ((1e-3, 0.0), (1 / 6895, 0.0), (1.0, 101325.0)):
-        with pytest.raises(InputError, match=r"must be in Pa|not absolute"):
+    for factor, offset in ((1e-3, 0.0), (1 / 6895, 0.0), (1.0, 101325.0), (1.0, 500.0)):
+        with pytest.raises(InputError, match=r"must be in Pa|and include 0"):
             BenchRun(run.pressures * factor + offset, run.raw)
     with pytest.raises(InputError, match="linear calibration"):
-        calibrate_linear(BenchRun(np.linspace(950.0, 1e4, 20), run.raw[:20]))
+        calibrate_linear(BenchRun(np.linspace(0.0, 2e4, 20), run.raw[:20]))
 
 
 def test_calibration_rejects_invalid_tables_and_readings():

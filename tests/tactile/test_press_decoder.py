@@ -56,7 +56,11 @@ def test_gains_response_and_depths_are_found():
         (3, lambda v: v * 0.0, "are empty"),
         (3, lambda v: v * np.nan, "finite"),
         (4, lambda v: v[:5], "at least 20 needle"),
+        (2, lambda v: 1e3 * v, "at most 0.1, got 2$"),
+        (4, lambda v: 1e3 * v, r"x from -0.0240 to 0.0240 and .* in press 0"),
+        (4, lambda v: v * 0.0, "between four tactels"),
         (5, lambda v: -1.0, "radius"),
+        (5, lambda v: 1.0, "radius must be 0 to 0.012 m"),
         (0, lambda v: TactileArray.fingertip(), "flat pad"),
     ],
 )
@@ -65,6 +69,15 @@ def test_bad_presses_are_refused(number, change, match):
     record[number] = change(record[number])
     with pytest.raises(InputError, match=match):
         fit_decoder(*record)
+
+
+def test_one_place_that_is_not_between_four_tactels_determines_the_response():
+    _, (array, plates, depths, needles, places, radius) = presses()
+    images, beside = np.tile(needles[0], (20, 1)), np.tile(places[0], (20, 1))
+    one = fit_decoder(array, plates, depths, images, beside, radius)
+    many = fit_decoder(array, plates, depths, needles, places, radius)
+    found, expected = one.deconvolve(needles[1]), many.deconvolve(needles[1])
+    assert np.abs(found - expected).max() < 0.1 * expected.max()
 
 
 def test_memory_is_fitted_and_removed():

@@ -285,6 +285,8 @@ def test_shear_becomes_side_force():
             return frame and TactileFrame(frame.time, frame.raw, shear)
 
     sensor = Shearing(box())
+    with pytest.raises(InputError, match=r"shear must be None because SensorInfo\.shear is False"):
+        ContactSensor(sensor, CALIBRATION).read(DT)
     sensor.info = SensorInfo("pad", TactileArray.flat(), 250.0, shear=True)
     force = ContactSensor(sensor, CALIBRATION).read(DT).side_force
     assert force == pytest.approx(np.array([200.0, -100.0]) * 256 * 0.005**2)
