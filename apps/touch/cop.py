@@ -16,7 +16,7 @@ from ..bench.chart_style import BLUE, GREY, INK, LINE, VERMILION, add_legend, la
 from ..bench.experiment import Experiment, ExperimentResult, TrialPlan, result_table
 from .arm_rig import ArmRig, RigOptions, SensorName, home_pose
 from .commissioning import commissioned
-from .servo_run import ServoRun, ended_early, run_servo
+from .servo_run import ServoRun, lasting, run_servo
 from .trial_arguments import TrialArguments, run_trials
 
 if TYPE_CHECKING:
@@ -52,8 +52,8 @@ def experiment_cop(arguments: TrialArguments | None = None) -> int:
 
 def _measure(plan: TrialPlan, sensor: SensorName = "good") -> ExperimentResult:
     done = [follow_probe(seed, sensor) for seed in plan.seeds()]
-    row = probe_row(done)
-    paths = [path for path in done if not path.run.outcome]
+    paths, counts = lasting(done)
+    row = probe_row(paths) | counts
     table = result_table(
         [row],
         [
@@ -75,15 +75,7 @@ COP = Experiment("cop", _measure, unit="trial", trials=20, quick_trials=2)
 
 
 def probe_row(paths: Sequence[ProbePath]) -> dict[str, Any]:
-    """Return the position errors over all readings of all paths, mm, and the mean force, N.
-
-    Raises
-    ------
-    DeviceError
-        If the servo ended all trials early; the others do not enter the figures.
-    """
-    counts = ended_early([path.run for path in paths])
-    paths = [path for path in paths if not path.run.outcome]
+    """Return the position errors over all readings of all paths, mm, and the mean force, N."""
     errors = 1e3 * np.concatenate([path.error for path in paths])
     along = 1e3 * np.concatenate([path.estimated[:, 0] - path.real[:, 0] for path in paths])
     return {
@@ -93,7 +85,6 @@ def probe_row(paths: Sequence[ProbePath]) -> dict[str, Any]:
         "along_rms_mm": float(np.sqrt(np.mean(along**2))),
         "worst_path_rms_mm": max(float(np.sqrt(np.mean(p.error**2))) * 1e3 for p in paths),
         "force_n": float(np.mean(np.concatenate([path.force for path in paths]))),
-        **counts,
     }
 
 

@@ -10,6 +10,7 @@ from ..bench import Provenance, add_footer, new_chart
 from ..bench.chart_style import BLUE, GREEN, GREY, RULE, VERMILION, label_axes
 from ..bench.experiment import Experiment, ExperimentResult, TrialPlan, result_table
 from .roll_trial import DISPLACED, DISPLACING, PRESSURE, SECONDS, RollTrial, roll_once, roll_row
+from .servo_run import lasting
 from .trial_arguments import TrialArguments, run_trials
 
 if TYPE_CHECKING:
@@ -31,7 +32,8 @@ def experiment_roll(arguments: TrialArguments | None = None) -> int:
 
 def _measure(plan: TrialPlan, sensor: SensorName = "good") -> ExperimentResult:
     done = [roll_once(seed, sensor) for seed in plan.seeds()]
-    row = roll_row(done)
+    lasted, counts = lasting(done)
+    row = roll_row(lasted) | counts
     lines = [
         {
             "name": name,
@@ -57,7 +59,6 @@ def _measure(plan: TrialPlan, sensor: SensorName = "good") -> ExperimentResult:
         "chapter (Fig. 9): flat after 4 s",
     )
     provenance = plan.provenance("rigid face 60 × 60 mm, simulated arm and pad")
-    lasted = [trial for trial in done if not trial.run.outcome]
     return ExperimentResult([row], table, _picture(lasted, row, provenance), _points(lasted[0]))
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,19 +46,32 @@ class ServoRun:
     """Why the phase machine ended the run; None if it did not."""
 
 
-def ended_early(runs: Sequence[ServoRun]) -> dict[str, Any]:
-    """Return the number of runs that lasted and of those that did not, with their outcomes.
+class RecordedTrial(Protocol):
+    """A trial with the record of its run."""
+
+    @property
+    def run(self) -> ServoRun:
+        """The record. It has an outcome if the servo ended the trial early."""
+        ...
+
+
+AnyTrial = TypeVar("AnyTrial", bound=RecordedTrial)
+
+
+def lasting(trials: Sequence[AnyTrial]) -> tuple[list[AnyTrial], dict[str, Any]]:
+    """Return the trials that lasted, and their number, that of the others, and their outcomes.
 
     Raises
     ------
     DeviceError
         If none lasted.
     """
-    ended = [run.outcome for run in runs if run.outcome]
+    lasted = [trial for trial in trials if not trial.run.outcome]
+    ended = [trial.run.outcome for trial in trials if trial.run.outcome]
     names = " ".join(sorted(set(ended)))
-    if len(ended) == len(runs):
-        raise DeviceError(f"all {len(runs)} trials ended early: {names}")
-    return {"trials": len(runs) - len(ended), "ended_early": len(ended), "outcomes": names}
+    if not lasted:
+        raise DeviceError(f"all {len(trials)} trials ended early: {names}")
+    return lasted, {"trials": len(lasted), "ended_early": len(ended), "outcomes": names}
 
 
 def run_servo(

@@ -16,7 +16,7 @@ from eyehand.tactile import ServoGoal, TactileServo, TouchPhases
 
 from .arm_rig import ArmRig, RigOptions, SensorName, home_pose
 from .commissioning import commissioned
-from .servo_run import ServoRun, ended_early, run_servo
+from .servo_run import ServoRun, lasting, run_servo
 
 OBJECTS = {"Rigid pen": pen, "Toy box": toy_box, "Soft ball": soft_ball}
 """Functions that build the objects, by their names in the chapter's Table 1."""
@@ -105,31 +105,32 @@ def track_rows(trials: Sequence[TrackTrial], seconds: float) -> list[dict[str, A
         that trials do not cancel. The standard deviation is that of the averaged pressure, as in
         the chapter. The deviation of single readings is a separate column.
     """
-    rows = []
+    rows, lasted = [], []
     for name in OBJECTS:
-        done = [trial.run for trial in trials if trial.name == name]
+        done = [trial for trial in trials if trial.name == name]
         if not done:
             continue
-        runs = [run for run in done if not run.outcome]
+        kept, counts = lasting(done)
+        runs = [trial.run for trial in kept]
+        lasted += runs
         single = [run.pressure / PRESSURE - 1 for run in runs]
         averaged = [run.averaged / PRESSURE - 1 for run in runs]
-        row = ended_early(done) | _row(name, runs, averaged, PRESSURE_BAND, seconds, "force")
+        row = counts | _row(name, runs, averaged, PRESSURE_BAND, seconds, "force")
         raw = [
             _after_convergence(run, values, converged(run.time, mean, PRESSURE_BAND), seconds).std()
             for run, values, mean in zip(runs, single, averaged, strict=True)
         ]
         row["single_reading_deviation"] = float(np.mean(raw))
-        row["peak"] = float(max(run.averaged.max() for run in done)) / PRESSURE
+        row["peak"] = float(max(trial.run.averaged.max() for trial in done)) / PRESSURE
         row["eq12_pressure"] = float(np.mean([run.eq12[run.time >= 1.0].mean() for run in runs]))
         rows.append(row)
-    runs = [trial.run for trial in trials if not trial.run.outcome]
     for axis, name in enumerate(("X", "Y")):
-        errors = [run.centre[:, axis] / PIXEL for run in runs]
-        row = _row(name, runs, errors, POSITION_BAND, seconds, "position")
+        errors = [run.centre[:, axis] / PIXEL for run in lasted]
+        row = _row(name, lasted, errors, POSITION_BAND, seconds, "position")
         start = row["response_time_s"]
         true = [
             _after_convergence(run, run.true_centre[:, axis] / PIXEL, start, seconds).mean()
-            for run in runs
+            for run in lasted
         ]
         row["true_error"] = float(np.mean(np.abs(true)))
         rows.append(row)

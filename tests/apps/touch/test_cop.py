@@ -8,7 +8,8 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from eyehand.apps.touch.cop import ProbePath, probe_row
+from eyehand.apps.touch.cop import PRESSURE, ProbePath, follow_probe, probe_row
+from eyehand.apps.touch.servo_run import lasting
 from eyehand.errors import DeviceError
 
 
@@ -27,6 +28,13 @@ def test_probe_position_between_tactels_is_accurate(tmp_path, run_experiment):
     assert max(real) - min(real) == pytest.approx(5.0, abs=0.05)
 
 
+def test_thin_probe_does_not_overload_real_pad():
+    # The mean pressure on a probe stays low until the foam stiffens within half a millimetre.
+    run = follow_probe(3, "real").run
+    assert run.outcome is None
+    assert run.averaged.max() < 2.5 * PRESSURE
+
+
 def _run(outcome: str | None) -> Any:
     return cast("Any", SimpleNamespace(outcome=outcome))
 
@@ -36,10 +44,11 @@ def test_probe_row_summarises_errors_of_the_paths_that_lasted():
     one = ProbePath(real, np.array([[3e-5, 4e-5], [0.0, 0.0]]), np.ones(2), _run(None))
     other = ProbePath(real, np.array([[0.0, 0.0], [0.0, 1e-4]]), np.ones(2), _run(None))
     ended = ProbePath(real[:0], real[:0], np.ones(0), _run("overload"))
-    row = probe_row([one, other, ended])
+    paths, counts = lasting([one, other, ended])
+    assert (counts["trials"], counts["ended_early"], counts["outcomes"]) == (2, 1, "overload")
+    row = probe_row(paths)
     assert row["error_max_mm"] == pytest.approx(0.1)
     assert row["error_rms_mm"] == pytest.approx(np.sqrt((0.05**2 + 0.1**2) / 4))
     assert row["along_rms_mm"] == pytest.approx(0.015)
-    assert (row["trials"], row["ended_early"], row["outcomes"]) == (2, 1, "overload")
     with pytest.raises(DeviceError, match="all 1 trials ended early: overload"):
-        probe_row([ended])
+        lasting([ended])
