@@ -35,7 +35,7 @@ def contacts(rotation, tip, reach, surface, blocks, measured, pad, facing):
         minimum number of such points.
     """
     out = np.zeros((len(tip), 9))
-    slab = np.empty((3, len(surface[0])))
+    slab = np.empty((3, len(surface[0]) + 1))
     for i in range(len(tip)):
         size = (reach[i], pad[0], pad[1])
         count, seen = _slab(rotation[i], tip[i], size, surface, blocks, measured, slab)
@@ -61,22 +61,37 @@ def _slab(r, tip, size, surface, blocks, measured, slab):
     """
     points, normals = surface
     start, centre, radius = blocks
+    # Not arrays: the compiler would load them again after each write.
+    across, along, out = (
+        (r[0, 0], r[1, 0], r[2, 0]),
+        (r[0, 1], r[1, 1], r[2, 1]),
+        (r[0, 2], r[1, 2], r[2, 2]),
+    )
+    from_tip = (tip[0], tip[1], tip[2])
     count = 0
     seen = 0
     for block in range(len(radius)):
         if not _between(to_tool(r, tip, centre[block]), size, radius[block]):
             continue
         for k in range(start[block], start[block + 1]):
-            at = to_tool(r, tip, points[k])
-            if not _between(at, size, 0.0):
-                continue
-            n = normals[k]
+            d = (
+                points[k, 0] - from_tip[0],
+                points[k, 1] - from_tip[1],
+                points[k, 2] - from_tip[2],
+            )
+            at = _dot(across, d), _dot(along, d), _dot(out, d)
+            # The next point overwrites one that does not count. A branch costs more.
             slab[0, count], slab[1, count] = at[0], at[2]
-            slab[2, count] = r[0, 0] * n[0] + r[1, 0] * n[1] + r[2, 0] * n[2]
-            count += 1
-            if k < measured:
-                seen = count
+            slab[2, count] = _dot(across, (normals[k, 0], normals[k, 1], normals[k, 2]))
+            count += _between(at, size, 0.0)
+        if start[block] < measured:
+            seen = count
     return count, seen
+
+
+@njit(cache=True)
+def _dot(a, b):
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 @njit(cache=True)
@@ -87,10 +102,10 @@ def _between(at, size, radius):
     """
     x, y, z = at
     return (
-        abs(y) <= size[1] + radius
-        and z <= radius
-        and z >= -size[2] - radius
-        and abs(x) <= size[0] + radius
+        (abs(y) <= size[1] + radius)
+        & (z <= radius)
+        & (z >= -size[2] - radius)
+        & (abs(x) <= size[0] + radius)
     )
 
 
