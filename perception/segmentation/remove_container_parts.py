@@ -47,8 +47,8 @@ def remove_container_parts(
 
     A divider is straight, parallel to two walls of its container, and ends at the other two. Its
     upper edge has one height. The walls between two containers side by side look the same.
-    A round corner ends at two walls beside each other. Its upper edge is the rim, and it reaches far
-    down.
+    A round corner ends at two walls beside each other. Its upper edge is the rim, and it reaches
+    far down.
     A wall above the measured rim lies in the plane of a wall, between its neighbours, along most of
     its length. All else stays: a lost object is worse than a false one.
 
