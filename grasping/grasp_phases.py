@@ -51,6 +51,10 @@ APPROACH_SECONDS = 3.0
 """Time limit of the approach, s."""
 CLOSE_SECONDS = 3.0
 """Time limit of closing the hand, s."""
+SLOW_SECONDS = 15.0
+"""Time limit of closing jaws that still move, s. Slow grippers close at 5 mm/s."""
+PROGRESS, PROGRESS_SECONDS = 0.001, 1.0
+"""Jaws still move if their width falls by this distance, m, in this time, s."""
 GRIP_SECONDS = 0.15
 """Time for which the grip settles before the lift, s."""
 
@@ -212,22 +216,29 @@ def _close_once(cell: Cell, state: PickState) -> tuple[PhaseFailure | None, floa
     closing = state.closing
     if closing is None:
         return PhaseFailure("no_contact", "the contact phase was not executed"), 0.0
+    jaws = isinstance(cell.robot.hand, ParallelHand)
     end = cell.reading.time + CLOSE_SECONDS
+    latest = cell.reading.time + (SLOW_SECONDS if jaws else CLOSE_SECONDS)
     still = np.zeros(len(cell.robot.joints))
-    side = 0.0
+    side, width = 0.0, np.inf
     touched = False
-    while cell.reading.time < end and not cell.halted:
+    while cell.reading.time < min(end, latest) and not cell.halted:
         cell.step(still, closing.step(cell.reading.hand, cell.robot.period))
         touched = touched or closing.touched
+        if cell.hand.width(cell.reading.hand) < width - PROGRESS:
+            width = cell.hand.width(cell.reading.hand)
+            end = max(end, cell.reading.time + PROGRESS_SECONDS)
         if _touched_pads(cell, cell.reading):
             side = cell.hand.touched_side(cell.reading.hand, TOUCH_FORCE)
         if closing.state in ("holding", "empty", "stalled"):
             break
     if closing.state == "holding":
         return None, side
-    if closing.state == "stalled":
+    if closing.state == "stalled" or (jaws and closing.state == "closing"):
+        slow = cell.reading.time >= latest
+        what = f"still closes after {SLOW_SECONDS:g} s," if slow else "stopped"
         width = 1e3 * cell.hand.width(cell.reading.hand)
-        return PhaseFailure("hand_stalled", f"the hand stopped at {width:.0f} mm"), side
+        return PhaseFailure("hand_stalled", f"the hand {what} at {width:.0f} mm"), side
     reason = SLIPPED_OUT if touched else "the hand closed without an object"
     return PhaseFailure("empty_close", reason), side
 

@@ -16,8 +16,9 @@ STILL_WIDTH = 0.0005
 """Change of the width below which the jaws stand still, m."""
 STILL_SECONDS = 0.12
 """Time for which the width must stand still, s. It is longer than the delay of a network."""
-STALL_SECONDS = 0.8
-"""Time without motion and without effort after which the gripper does not follow, s."""
+STALL_SECONDS = 1.5
+"""Time without motion and without effort after which the gripper does not follow, s. Grippers at a
+serial line start up to 1.2 s late."""
 GRIP_SECONDS = 0.25
 """Time in which the force rises to that of the grip, s."""
 MIN_FORCE = 20.0

@@ -19,6 +19,8 @@ from eyehand.grasping.hands.jaw_control import jaw_reading
 KEY = b"robot"
 SCENE = ("single", 8, 1)
 """Family, seed and number of objects."""
+GRIPPED = 0.01
+"""Distance by which a slow gripper commands its jaws into the object, m."""
 
 
 @dataclass(frozen=True)
@@ -30,6 +32,8 @@ class Faults:
     gripper_stalls: float = np.inf
     gripper_late: float = 0.0
     """Further delay of the gripper's commands, s."""
+    gripper_speed: float = np.inf
+    """Speed of the width, m/s."""
     arm_stops: float = np.inf
     arm_silent: float = np.inf
     frames_dropped: int = 0
@@ -53,6 +57,7 @@ class DelayedRobot:
         self.jaws: list[tuple[float, JawCommand]] = []
         self.history = [self.sim.read()]
         self.last = 0.0
+        self.commanded = jaw_reading(self.history[-1].hand).width
         for _ in range(75):
             self.history.append(self.sim.step(np.zeros(7)))
 
@@ -87,6 +92,11 @@ class DelayedRobot:
         command = jaws[-1] if jaws and now < self.faults.gripper_stalls else None
         if now >= self.faults.gripper_stalls:
             command = JawCommand(jaw_reading(self.history[-1].hand).width, 0.0)
+        if command is not None and np.isfinite(self.faults.gripper_speed):
+            step = self.faults.gripper_speed * self.sim.period
+            low = jaw_reading(self.history[-1].hand).width - GRIPPED
+            self.commanded += np.clip(max(command.width, low) - self.commanded, -step, step)
+            command = JawCommand(self.commanded, command.force)
         self.history.append(self.sim.step(commanded, command))
         return self.state()
 

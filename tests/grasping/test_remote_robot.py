@@ -93,12 +93,25 @@ def test_arm_waits_at_its_place_for_jaws_that_do_not_let_go():
     assert report.stop_reason.startswith("the hand does not follow")
 
 
-def test_late_gripper_lets_go_before_the_arm_leaves():
+@pytest.mark.parametrize("late", [0.5, 1.2])
+def test_late_gripper_lets_go_before_the_arm_leaves(late):
     """Without the delay, placing takes 2.1 s."""
-    report = clear(Faults(gripper_late=0.5))
+    report = clear(Faults(gripper_late=late))
 
     assert report.picks[0].outcome == "placed", report
     assert report.picks[0].phases[-1].end - report.picks[0].phases[-1].start > 2.4
+
+
+@pytest.mark.parametrize("speed", [0.008, 0.0005])
+def test_slow_gripper_closes_until_it_holds_or_is_named(speed):
+    """The jaws of 8 mm/s need 5 s to the object; those of 0.5 mm/s do not count as moving."""
+    report = clear(Faults(gripper_speed=speed))
+
+    if speed > 0.005:
+        assert report.picks[0].outcome == "placed", report
+    else:
+        assert report.picks[0].outcome == "hand_stalled", report
+        assert "the hand stopped at 7" in report.picks[0].reason
 
 
 def test_arm_that_stops_is_a_fault_and_dropped_frames_are_captured_again():
