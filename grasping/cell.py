@@ -93,6 +93,8 @@ class Cell:
         """What was put into the tray."""
         self.scene: Scene | None = None
         """Last perceived scene."""
+        self.image_checksum: int | None = None
+        """Checksum of the last captured depth image."""
         self.plan: GraspPlan | None = None
         """Grasp under way."""
         self.phase: Phase = "observe"

@@ -6,6 +6,7 @@ import logging
 import time
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, TypeAlias
+from zlib import crc32
 
 from eyehand.control import CollisionWorld, PlannedApproach
 from eyehand.control.tasks import Posture
@@ -43,6 +44,9 @@ HOME_SECONDS = 6.0
 """Time limit of the motion to the rest posture, s."""
 HOME_TOLERANCE = 0.02
 """Error at which the rest posture counts as reached, rad."""
+REPEATED = "the depth image is identical to the one before the pick: check the camera"
+"""Remark about a failed pick after which the camera returned the same image, bit by bit. A
+simulated camera without noise does so at rest; a real one never does."""
 MAX_FRAMES = 5
 """Number of depth images fused when one image gives no valid scene. A pixel without a reading in
 one image usually has one in another; a camera takes so many in 0.2 s."""
@@ -108,6 +112,8 @@ class _Clearing:
     """Last valid scene."""
     grasp: SelectedGrasp | None = None
     """Grasp of the last pick."""
+    checksum: int | None = None
+    """Checksum of the last depth image before this pick."""
     selection: GraspSelection = field(default_factory=lambda: GraspSelection(None, ()))
     """Last selection."""
     over_tray: bool = False
@@ -175,8 +181,12 @@ def _verify(run: _Clearing) -> Step:
     if run.grasp is not None:
         assert run.scene is not None, "the scene is valid"
         believed = run.picks[-1]
-        run.picks[-1] = verify_pick(believed, run.grasp, run.scene, run.cell.tray)
-        if believed and not run.picks[-1]:
+        report = verify_pick(believed, run.grasp, run.scene, run.cell.tray)
+        same = run.cell.image_checksum == run.checksum and REPEATED not in report.reason
+        if same and report.outcome in ("empty_close", "no_contact"):
+            report = replace(report, reason=f"{report.reason}; {REPEATED}")
+        run.picks[-1] = report
+        if believed and not report:
             run.add_failed_grasp()
     return _select
 
@@ -214,6 +224,7 @@ def _pick(run: _Clearing) -> Step:
     if run.on_pick is not None:
         run.on_pick(grasp, None)
     run.perceive_ms = run.plan_ms = 0.0
+    run.checksum = run.cell.image_checksum
     report = pick_object(run.cell, grasp)
     run.picks.append(report)
     if not report:
@@ -281,7 +292,7 @@ def observe(cell: Cell) -> tuple[Scene | None, float, str]:
             began = time.perf_counter()
             frame = fuse_frames(frames)
             scene = _without_tray(cell.perceive(frame), cell.tray)
-            problem = validate_scene(frame, scene, cell.tray)
+            problem = validate_scene(frame, scene, cell.tray, cell.scene)
         except (InputError, DeviceError) as error:
             scene, problem = None, f"no valid depth image: {error}"
         spent += 1e3 * (time.perf_counter() - began)
@@ -298,6 +309,8 @@ def _capture(cell: Cell) -> DepthFrame:
     except Exception as error:
         raise DeviceError(one_line(error)) from error
     check_frame(frame)
+    # Not the image itself: a driver may use its memory again.
+    cell.image_checksum = crc32(frame.depth.tobytes())
     return frame
 
 

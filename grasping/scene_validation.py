@@ -9,7 +9,7 @@ import numpy as np
 from eyehand.perception.segmentation import MAX_LEVEL_TILT
 
 if TYPE_CHECKING:
-    from eyehand.perception import DepthFrame, Scene
+    from eyehand.perception import DepthFrame, Scene, SupportPlane
 
     from .tray import Tray
 
@@ -35,10 +35,13 @@ REFUSED_WARNINGS = ("support_doubtful", "support_unseen", "camera", "noise", "co
 surface in front of the support is neither an object nor an obstacle."""
 WALL_MARGIN = 0.015
 """Distance from a wall of a container within which readings belong to it, m."""
+SAME_PLANE = 0.005
+"""Maximum difference of the heights of one table in two images, m, at the camera's foot and at the
+tray."""
 UP = np.array([0.0, 0.0, 1.0])
 
 
-def validate_scene(frame: DepthFrame, scene: Scene, tray: Tray) -> str:
+def validate_scene(frame: DepthFrame, scene: Scene, tray: Tray, before: Scene | None = None) -> str:
     """Return the reason why the robot must not act on a scene; empty if it is valid.
 
     An empty scene means a clear table only if the table itself was perceived.
@@ -51,6 +54,9 @@ def validate_scene(frame: DepthFrame, scene: Scene, tray: Tray) -> str:
         The scene perceived in it, in the world frame.
     tray
         The tray that objects are put into.
+    before
+        An earlier valid scene. An image of equal readings is valid if it shows the same table. A
+        camera without noise takes it from straight above, once the table is clear.
     """
     share = float(frame.valid.mean())
     if share < MIN_VALID_SHARE:
@@ -62,7 +68,8 @@ def validate_scene(frame: DepthFrame, scene: Scene, tray: Tray) -> str:
     if support is None:
         return "no table found: there is no level surface in view"
     for warning in scene.warnings:
-        if warning.kind in REFUSED_WARNINGS:
+        known = warning.kind == "constant" and _is_same_table(frame, support, tray, before)
+        if warning.kind in REFUSED_WARNINGS and not known:
             return f"the scene is not reliable: {warning.message}"
     tilt = float(np.arccos(np.clip(support.normal @ UP, -1.0, 1.0)))
     if tilt > MAX_LEVEL_TILT:
@@ -81,6 +88,18 @@ def validate_scene(frame: DepthFrame, scene: Scene, tray: Tray) -> str:
             "segmented object"
         )
     return ""
+
+
+def _is_same_table(
+    frame: DepthFrame, support: SupportPlane, tray: Tray, before: Scene | None
+) -> bool:
+    """Return whether the table is that of an earlier scene."""
+    if before is None or before.support is None or frame.T_world_camera is None:
+        return False
+    camera = frame.T_world_camera.translation
+    places = np.array([tray.centre, camera - support.height(camera) * support.normal])
+    gap = np.abs(before.support.height(places) - support.height(places))
+    return bool((gap < SAME_PLANE).all())
 
 
 def unexplained_area(frame: DepthFrame, scene: Scene) -> float:

@@ -113,7 +113,10 @@ def frame_faults(frame: DepthFrame) -> tuple[SceneWarning, ...]:
         and np.ptp(sample) == 0
         and np.ptp(frame.depth[frame.valid]) == 0
     ):
-        message = f"all readings are {sample[0]:.3f} m: the image shows no scene"
+        message = (
+            f"all readings are {sample[0]:.3f} m: the camera is broken, or sees a bare table from "
+            "straight above without any noise"
+        )
         faults.append(SceneWarning("constant", message))
     return tuple(faults)
 

@@ -61,7 +61,7 @@ WarningKind = Literal[
   the camera is more than 20 m from the origin. It may be inverted or in mm.
 - far: nearly all readings are too far for solids; the depth may have another unit.
 - noise: the readings are noise; there is no smooth surface.
-- constant: all readings are equal; the image shows no scene.
+- constant: all readings are equal; the image shows at most a bare plane, without noise.
 """
 
 MIN_RUNNER_UP = 0.3

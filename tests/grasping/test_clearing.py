@@ -254,6 +254,24 @@ def test_spent_time_counts_as_planning_time():
     assert selection.plan_ms > 500.0
 
 
+@pytest.mark.parametrize("frozen", [True, False])
+def test_frozen_camera_is_named_beside_the_hand(frozen):
+    robot = FakeRobot()
+    taken, image = [0], robot.capture()
+
+    def capture():
+        taken[0] += 1
+        noise = np.float32(0.0 if frozen else 1e-4 * taken[0])
+        return replace(image, depth=image.depth + noise)
+
+    robot.capture = capture
+    report = clear_table(trial_cell(robot, [box()]), options=ClearOptions(picks=1))
+
+    assert report.picks[0].outcome == "empty_close"
+    assert "the object is still at its place" in report.picks[0].reason
+    assert report.picks[0].reason.count("identical to the one before the pick") == frozen
+
+
 def test_a_chosen_object_is_picked_while_the_others_stay_obstacles():
     cell = trial_cell(FakeRobot(), [box(-0.1), box(0.05)])
     scene = cell.perceive(cell.robot.capture())

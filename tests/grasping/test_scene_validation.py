@@ -62,6 +62,19 @@ def test_validation_reports_what_is_wrong(share, support, message):
     assert bool(reason) == bool(message)
 
 
+@pytest.mark.parametrize(("before", "valid"), [(0.002, True), (0.02, False), (None, False)])
+def test_constant_image_shows_a_table_only_if_that_was_seen_before(before, valid):
+    equal = SceneWarning("constant", "all readings are 0.850 m")
+    scene = ground_truth_scene([], VIEW)
+    scene = replace(scene, segmentation=replace(scene.segmentation, warnings=(equal,)))
+    assert scene.warnings == (equal,)
+    earlier = None if before is None else replace(scene, support=tilted(0.0, before))
+    image = replace(frame(), T_world_camera=RigidTransform.from_translation(VIEW))
+    assert validate_scene(image, scene, TRAY, earlier) == (
+        "" if valid else "the scene is not reliable: all readings are 0.850 m"
+    )
+
+
 def raise_invalid_depth(_frame):
     raise InputError("depth is 0 everywhere")
 

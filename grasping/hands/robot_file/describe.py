@@ -155,9 +155,15 @@ def _described(
         )
     shift = middle_shift(motion)
     remarks += motion_remarks(motion, shift)
+    remarks += motion.shapes.posing.short_motors(motion.path[0])
     postures = jaw_postures(motion, origin)
     palm = _hand_boxes(palm_boxes(motion, origin))
     depth = _depth(motion, pad_low, pad_high, palm)
+    if depth <= 0.0 and pinch:
+        raise InputError(
+            f"the other fingers reach as far as {pinch}, so that nothing fits between these two "
+            "alone: more than two jaws around one point cannot be described"
+        )
     if depth <= 0.0:
         raise InputError(
             f"the fingers end {-1e3 * depth:.0f} mm behind the palm along the approach: --tcp must "

@@ -22,6 +22,8 @@ SPRING_WEIGHT = 0.1
 """Weight of a spring's deflection. It decides what loops leave free."""
 REST_WEIGHT = 1e-3
 """Weight of the distance of joints from the posture before."""
+SHORT_SHARE = 0.05
+"""Share of a joint's range that its motor must leave out to be reported."""
 MAX_LOOP_ERROR = 2e-3
 """Maximum gap of a closed loop, m."""
 
@@ -188,6 +190,22 @@ class Posing:
         still = np.ptp(path[:, self._place], axis=0) == 0.0
         moved = zip(self._followers, still, strict=True)
         return [self.model.joint(joint).name for joint, alone in moved if alone]
+
+    def short_motors(self, opened: NDArray[np.float64]) -> list[str]:
+        """Return a remark for each motor that ends before its joint in the open posture (nq,)."""
+        remarks = []
+        for joint in self.drives.joints:
+            low, high = (float(value) for value in self.model.jnt_range[joint])
+            most = _servo_range(self.model, joint)
+            end = float(opened[self.model.jnt_qposadr[joint]])
+            rest = min(high - end, end - low) if self.model.jnt_limited[joint] else 0.0
+            if min(abs(end - one) for one in most) < 1e-6 and rest > SHORT_SHARE * (high - low):
+                remarks.append(
+                    f"the motor of joint {self.model.joint(joint).name!r} moves it from "
+                    f"{most[0]:g} to {most[1]:g}, and its range is {low:g} to {high:g}: check the "
+                    "ctrlrange, the jaws may open wider"
+                )
+        return remarks
 
     def path(self, first: NDArray[np.float64], last: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the postures (STEPS, nq) between two positions of the drives.

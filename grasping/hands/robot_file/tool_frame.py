@@ -34,6 +34,11 @@ SIDE_COSINE = 0.6
 three directions."""
 CLEAR_LEAD = 1.25
 """Ratio of the reach of the fingers in the best direction to the second best one that decides."""
+ONE_LINK = (
+    ". Only one link moves: if it moves along the approach, as the spring of a suction cup, the "
+    "file holds no gripper with jaws"
+)
+"""Remark about a file whose one jaw may be no jaw."""
 _AXIS = re.compile(r"[+-][xyz]")
 TCP_NAMES = re.compile(r"(tcp|tool|grasp|grip|pinch|^ee|_ee|eef|end_effector)", re.IGNORECASE)
 """Names of sites and bodies that mark a tool centre point."""
@@ -274,7 +279,7 @@ def approach_axis(
         raise InputError(
             f"--tcp is needed: the fingers may point along {words[0]} or {words[1]} of the body "
             f"{shapes.posing.model.body(shapes.base).name!r}: give one of these axes, or the name "
-            "of a site or body at the fingertips"
+            f"of a site or body at the fingertips{'' if jaws.sides[1] else ONE_LINK}"
         )
     return axes[order[0]]
 

@@ -326,6 +326,39 @@ def test_fingers_that_pinch_are_named(tmp_path):
         describe_hand(path, FileChoices(pinch=("th_distal", "th_base")))
 
 
+FINGER = """<body name="f{k}" pos="{x} {y} .03">
+<joint type="slide" axis="{x} {y} 0" range="-.035 0"/>
+<geom type="box" size=".01 .01 .03" pos="0 0 .03"/></body>"""
+CENTRIC = """<mujoco><worldbody><body name="palm"><geom type="box" size=".05 .05 .03"/>
+{}</body></worldbody></mujoco>""".format(
+    "".join(
+        FINGER.format(k=k, x=x, y=y)
+        for k, (x, y) in enumerate(((0.04, 0), (-0.04, 0), (0, 0.04), (0, -0.04)), start=1)
+    )
+)
+CUP = """<mujoco><worldbody><body name="base"><geom type="cylinder" size=".03 .025"/>
+<body name="bellows" pos="0 0 .05"><joint type="slide" axis="0 0 1" range="-.01 0"/>
+<geom type="cylinder" size=".02 .015"/></body></body></worldbody></mujoco>"""
+
+
+def test_four_jaws_around_a_point_and_a_suction_cup_are_refused(tmp_path):
+    (tmp_path / "centric.xml").write_text(CENTRIC)
+    with pytest.raises(InputError, match="more than two jaws around one point cannot be described"):
+        describe_hand(tmp_path / "centric.xml", FileChoices(pinch=("f1", "f2")))
+    (tmp_path / "cup.xml").write_text(CUP)
+    with pytest.raises(InputError, match=r"Only one link moves: .* no gripper with jaws"):
+        describe_hand(tmp_path / "cup.xml")
+
+
+def test_motor_that_ends_before_its_joint_is_reported(tmp_path):
+    file = tmp_path / "short.xml"
+    for end, reported in ((".03", False), (".02", True)):
+        limits = f'ctrllimited="true" ctrlrange="0 {end}"'
+        file.write_text(INDEPENDENT.replace('joint="ja" kp', f'{limits} joint="ja" kp'))
+        remarks = " ".join(describe_hand(file).remarks)
+        assert ("moves it from 0 to 0.02, and its range is 0 to 0.03" in remarks) == reported
+
+
 def test_hands_from_data_sheets_say_so():
     for name, stroke, force in (
         ("2f140", 0.14, (10.0, 125.0)),
