@@ -30,6 +30,7 @@ class Faults:
     delay: tuple[float, float] = (0.005, 0.030)
     """Minimum and maximum delay of every message, s."""
     gripper_stalls: float = np.inf
+    """The gripper keeps its last command."""
     gripper_late: float = 0.0
     """Further delay of the gripper's commands, s."""
     gripper_speed: float = np.inf
@@ -86,12 +87,10 @@ class DelayedRobot:
         now = self.sim.data.time
         active = [one for time, one in self.commands if time <= now]
         commanded = active[-1] if active else np.zeros(7)
-        jaws = [one for time, one in self.jaws if time <= now]
+        jaws = [one for time, one in self.jaws if time <= min(now, self.faults.gripper_stalls)]
         if now >= self.faults.arm_stops:
             commanded = np.zeros(7)
-        command = jaws[-1] if jaws and now < self.faults.gripper_stalls else None
-        if now >= self.faults.gripper_stalls:
-            command = JawCommand(jaw_reading(self.history[-1].hand).width, 0.0)
+        command = jaws[-1] if jaws else None
         if command is not None and np.isfinite(self.faults.gripper_speed):
             step = self.faults.gripper_speed * self.sim.period
             low = jaw_reading(self.history[-1].hand).width - GRIPPED

@@ -84,7 +84,7 @@ def test_stalled_gripper_is_named():
 
 def test_arm_waits_at_its_place_for_jaws_that_do_not_let_go():
     """A gripper that stops while the arm carries the object; the arm must not leave with it."""
-    report = clear(Faults(gripper_stalls=5.5))
+    report = clear(Faults(gripper_stalls=4.9))
 
     (pick,) = report.picks
     assert pick.outcome == "hand_stalled", report
