@@ -12,6 +12,7 @@ from scipy.spatial.transform import RigidTransform
 
 from eyehand.errors import InputError
 
+from .background_points import background_points
 from .frame import DepthFrame
 from .object_evidence import RegionEvidence, collect_evidence, sample_points
 from .overlap import overlapping_objects
@@ -108,6 +109,8 @@ class Scene:
     """Bins, totes, boxes and trays, largest first."""
     unknown: tuple[UnknownRegion, ...] = ()
     """Regions of the support without readings, where something may stand, largest first."""
+    background: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 3)))
+    """Readings above the support, near the objects, that belong to no object, (K, 3), m."""
 
     @property
     def warnings(self) -> tuple[SceneWarning, ...]:
@@ -194,6 +197,7 @@ def perceive(frame: DepthFrame, options: PerceiveOptions | None = None) -> Scene
         timings=timings,
         containers=tuple(one.moved(T_scene_camera) for one in segmentation.containers),
         unknown=tuple(one.moved(T_scene_camera) for one in segmentation.unknown),
+        background=background_points(frame, segmentation, T_scene_camera, list(clouds.values())),
     )
 
 

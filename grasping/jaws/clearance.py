@@ -69,11 +69,12 @@ def all_points(surfaces: Sequence[ObjectSurface], scene: Scene) -> PointBlocks:
 def _with_background(
     groups: list[NDArray[np.float64]], surfaces: Sequence[ObjectSurface], scene: Scene
 ) -> PointBlocks:
-    """Add other objects, walls of containers and regions without readings, with the label -1."""
+    """Add other objects, walls of containers, and what belongs to no object, with the label -1."""
     known = {surface.label for surface in surfaces}
     rest = [item.points for item in scene.objects if item.label not in known]
     rest += [_wall_points(wall) for one in scene.containers for wall in one.walls]
     rest += [region.corners for region in scene.unknown]
+    rest += [scene.background] if len(scene.background) else []
     return point_blocks([*groups, *rest], [*range(len(groups)), *[-1] * len(rest)])
 
 

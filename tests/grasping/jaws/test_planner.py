@@ -44,6 +44,24 @@ def test_box_is_gripped_across_its_narrow_side():
     assert [one.success for one in grasps] == sorted((g.success for g in grasps), reverse=True)
 
 
+def test_readings_of_no_object_are_obstacles():
+    """A board stands where the palm of the best grasp would be."""
+    scene = scene_of(box((0.10, 0.04, 0.12)))
+    best = plan_grasps(scene, PANDA)[0]
+    low, high = PANDA.fixed_boxes()[0]
+    grid = np.stack(np.meshgrid(*np.linspace(low, high, 12).T, indexing="ij"), -1).reshape(-1, 3)
+    board = best.T_scene_tcp.apply(grid)
+    grasps = plan_grasps(replace(scene, background=board), PANDA)
+    assert [one for one in grasps if one.safe]
+    for grasp in grasps:
+        local = grasp.T_scene_tcp.inv().apply(board)
+        cut = sum(
+            ((local > low + 0.004) & (local < high - 0.004)).all(axis=1).sum()
+            for low, high in [*PANDA.jaw_boxes(grasp.width), *PANDA.fixed_boxes()]
+        )
+        assert not grasp.safe or cut < 5
+
+
 @pytest.mark.parametrize("size", [(0.05, 0.05, 0.02), (0.04, 0.06, 0.15), (0.03, 0.1, 0.05)])
 @pytest.mark.parametrize("name", ["panda", "2f85", "generic"])
 def test_hand_stays_above_the_support_and_clear_of_the_object(size, name):

@@ -1,0 +1,77 @@
+"""Readings above the support that belong to no object: boards, walls, fixtures."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import cv2
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+    from scipy.spatial.transform import RigidTransform
+
+    from .frame import DepthFrame
+    from .segmentation import Segmentation
+
+MIN_HEIGHT = 0.01
+"""Minimum distance of a reading from every support plane, m, beside 3 σ of the plane."""
+COLUMNS = 320
+"""Approximate number of columns of the image whose readings are selected."""
+EDGE = 1
+"""Readings of that image nearer than this to an object or to a gap are left out, px: they mix
+foreground and background."""
+MAX_POINTS = 8000
+"""Maximum number of readings. It bounds the time of planning."""
+REACH = 0.3
+"""Maximum distance of a reading from the box around all objects, m: the length of a hand."""
+
+
+def background_points(
+    frame: DepthFrame,
+    segmentation: Segmentation,
+    T_scene_camera: RigidTransform,
+    clouds: list[NDArray[np.float64]],
+) -> NDArray[np.float64]:
+    """Return readings above the support and near the objects that belong to no object.
+
+    Parameters
+    ----------
+    frame
+        The depth frame.
+    segmentation
+        Its segmentation.
+    T_scene_camera
+        Maps camera coordinates to those of the scene.
+    clouds
+        Points of the objects, (N, 3) each, scene frame, m.
+
+    Returns
+    -------
+    NDArray[np.float64]
+        Points (K, 3), scene frame, m; none without a support or without objects.
+    """
+    if segmentation.support is None or not clouds:
+        return np.zeros((0, 3))
+    step = max(frame.intrinsics.width // COLUMNS, 1)
+    part = slice(None, None, step), slice(None, None, step)
+    depth, labels = frame.depth[part], segmentation.labels[part]
+    k = frame.intrinsics.reduced(step)
+    rows, columns = np.arange(k.height)[:, None], np.arange(k.width)[None, :]
+    free = (depth > 0) & (labels == 0)
+    for number, plane in enumerate((segmentation.support, *segmentation.other_supports)):
+        slope = plane.normal[0] * (columns - k.cx) / k.fx + plane.normal[2]
+        height = depth * (slope + plane.normal[1] * (rows - k.cy) / k.fy) + plane.offset
+        # Boards of a shelf lie above the first support, and things stand below them.
+        height = np.abs(height) if number else height
+        free &= height > max(MIN_HEIGHT, 3.0 * plane.tolerance)
+    inside = cv2.erode(free.astype(np.uint8), np.ones((2 * EDGE + 1,) * 2, np.uint8)) > 0
+    v, u = np.nonzero(inside)
+    z = depth[v, u].astype(np.float64)
+    points = T_scene_camera.apply(
+        np.column_stack([(u - k.cx) / k.fx * z, (v - k.cy) / k.fy * z, z])
+    )
+    objects = np.concatenate(clouds)
+    low, high = objects.min(axis=0) - REACH, objects.max(axis=0) + REACH
+    points = points[((points >= low) & (points <= high)).all(axis=1)]
+    return points[:: -(-len(points) // MAX_POINTS) or 1]

@@ -1,0 +1,38 @@
+"""Readings that belong to no object: a board beside a thing counts, the table and edges do not."""
+
+from dataclasses import replace
+
+import numpy as np
+from synthetic_solids import T_TABLE_CAMERA, Box, Plate, solid_frame
+
+from eyehand.perception import CameraIntrinsics, segment
+from eyehand.perception.background_points import MAX_POINTS, MIN_HEIGHT, background_points
+
+CAMERA = CameraIntrinsics(520.0, 520.0, 319.5, 239.5, 640, 480)
+THING, BOARD = Box(0.0, 0.7, (0.07, 0.07, 0.09)), Box(0.12, 0.75, (0.03, 0.1, 0.2))
+FAR = Box(-0.45, 0.8, (0.1, 0.1, 0.1))
+
+
+def test_unlabelled_thing_near_an_object_is_background():
+    frame, truth = solid_frame([THING, BOARD, FAR], (Plate(),), CAMERA, known_pose=True)
+    assert frame.T_world_camera is not None
+    found = replace(segment(frame), labels=(truth == 1).astype(np.int32))
+    cloud = frame.T_world_camera.apply(frame.points()[truth == 1].astype(np.float64))
+    points = background_points(frame, found, frame.T_world_camera, [cloud])
+    camera = frame.T_world_camera.inv().apply(points)
+    at = T_TABLE_CAMERA.apply(camera)
+    assert 300 < len(points) <= MAX_POINTS
+    assert at[:, 2].min() > MIN_HEIGHT - 0.001
+    half = 0.5 * np.array(BOARD.size) + 0.002
+    assert (np.abs(at[:, :2] - [BOARD.x, BOARD.y]) < half[:2]).all()
+    assert at[:, 2].max() > BOARD.size[2] - 0.02
+
+
+def test_nothing_is_background_without_a_support_or_objects():
+    frame, truth = solid_frame([THING, BOARD], (Plate(),), CAMERA, known_pose=True)
+    assert frame.T_world_camera is not None
+    found = replace(segment(frame), labels=np.zeros(truth.shape, np.int32))
+    assert background_points(frame, found, frame.T_world_camera, []).shape == (0, 3)
+    cloud = np.zeros((1, 3))
+    none = replace(found, support=None)
+    assert background_points(frame, none, frame.T_world_camera, [cloud]).shape == (0, 3)
