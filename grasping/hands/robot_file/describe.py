@@ -159,16 +159,7 @@ def _described(
     postures = jaw_postures(motion, origin)
     palm = _hand_boxes(palm_boxes(motion, origin))
     depth = _depth(motion, pad_low, pad_high, palm)
-    if depth <= 0.0 and pinch:
-        raise InputError(
-            f"the other fingers reach as far as {pinch}, so that nothing fits between these two "
-            "alone: more than two jaws around one point cannot be described"
-        )
-    if depth <= 0.0:
-        raise InputError(
-            f"the fingers end {-1e3 * depth:.0f} mm behind the palm along the approach: --tcp must "
-            "name a point at the fingertips, or the axis along them"
-        )
+    _check_depth(depth, pinch)
     hand = ParallelHand(
         name=choices.name or re.sub(r"[^\w-]+", "_", path.stem) or "hand",
         stroke=_rounded(gaps[0]),
@@ -217,6 +208,19 @@ def _depth(motion: JawMotion, low: float, high: float, palm: Sequence[HandBox]) 
     # The boxes of a linkage are those of all postures, and the origin is at the farthest tips.
     free = -max(in_front, default=-np.inf) - float(np.ptp(motion.tips))
     return min(reach, free) if free > 0 else reach
+
+
+def _check_depth(depth: float, pinch: str) -> None:
+    if depth <= 0.0 and pinch:
+        raise InputError(
+            f"the other fingers reach as far as {pinch}, so that nothing fits between these two "
+            "alone: more than two jaws around one point cannot be described"
+        )
+    if depth <= 0.0:
+        raise InputError(
+            f"the fingers end {-1e3 * depth:.0f} mm behind the palm along the approach: --tcp must "
+            "name a point at the fingertips, or the axis along them"
+        )
 
 
 def _finger_base(motion: JawMotion, posture: int) -> float:

@@ -34,10 +34,7 @@ SIDE_COSINE = 0.6
 three directions."""
 CLEAR_LEAD = 1.25
 """Ratio of the reach of the fingers in the best direction to the second best one that decides."""
-ONE_LINK = (
-    ". Only one link moves: if it moves along the approach, as the spring of a suction cup, the "
-    "file holds no gripper with jaws"
-)
+ONE_LINK = ". Only one link moves: a suction cup on a spring is no gripper with jaws"
 """Remark about a file whose one jaw may be no jaw."""
 _AXIS = re.compile(r"[+-][xyz]")
 TCP_NAMES = re.compile(r"(tcp|tool|grasp|grip|pinch|^ee|_ee|eef|end_effector)", re.IGNORECASE)
