@@ -144,9 +144,8 @@ def perceive(frame: DepthFrame, options: PerceiveOptions | None = None) -> Scene
     started = time.perf_counter()
     segmentation = segment(frame, options.segmentation)
     segmented = time.perf_counter()
-    T_scene_camera = frame.T_world_camera
-    if T_scene_camera is None:
-        T_scene_camera = RigidTransform.identity()
+    pose = frame.T_world_camera
+    T_scene_camera = RigidTransform.identity() if pose is None else pose
     support = segmentation.support.moved(T_scene_camera) if segmentation.support else None
     rng = np.random.default_rng(options.seed)
     boxes = segmentation.boxes()
