@@ -33,6 +33,9 @@ KindChoice = Literal["auto"] | Kind
 """A kind of solid; ``auto`` selects the simplest kind that explains the points."""
 MAX_NOISE_MM = 100.0
 """Maximum noise, mm."""
+MAX_BEYOND = 0.01
+"""Distance beyond a mesh at which the size of a solid counts as wrong, m. A mesh has no unseen
+side."""
 
 
 def fit_command(
@@ -257,10 +260,23 @@ def _note(fitted: FittedCloud) -> str:
         notes.append("width uncertain")
     if fit.uncertainty is not None and fit.uncertainty.unobserved:
         notes.append(f"not seen: {' '.join(fit.uncertainty.unobserved)}")
+    beyond = _reach_beyond_mesh(fitted)
+    if beyond > MAX_BEYOND:
+        notes.append(f"wrong size: reaches {1e3 * beyond:.0f} mm beyond the mesh")
     solid = fit.superquadric
     if solid is not None and any(solid.taper):
         notes.append("taper " + " ".join(f"{k:.2f}" for k in solid.taper))
     return "; ".join(notes)
+
+
+def _reach_beyond_mesh(fitted: FittedCloud) -> float:
+    """Return how far the solids reach beyond a mesh along their axes, m; 0 for other inputs."""
+    solid = fitted.fit.superquadric
+    if solid is None or Path(fitted.cloud.name).suffix.lower() not in (".obj", ".stl"):
+        return 0.0
+    axes = np.vstack([solid.rotation.T, -solid.rotation.T])
+    reach = np.max([part.support(axes) for part in fit_parts(fitted.fit)], axis=0)
+    return float(np.max(reach - (fitted.cloud.points @ axes.T).max(axis=0)))
 
 
 @dataclass(frozen=True)
