@@ -66,7 +66,7 @@ def package_files() -> set[str]:
         path.relative_to(ROOT).as_posix()
         for package in PACKAGES
         for path in (ROOT / package).rglob("*")
-        if path.suffix in (".py", *DATA)
+        if path.suffix in (".py", *DATA) and path.parent.name != "__pycache__"
     }
 
 
