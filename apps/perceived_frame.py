@@ -67,9 +67,11 @@ def plan_scene(scene: Scene, select: GraspOptions | None = None) -> dict[int, Gr
 
 
 def support_line(scene: Scene) -> str:
-    """Describe where the support is in the world; empty without a support or the pose."""
-    if scene.support is None or scene.reference_frame == "camera":
+    """Describe where the support is in the world or from the camera; empty without a support."""
+    if scene.support is None:
         return ""
+    if scene.reference_frame == "camera":
+        return f"the camera is {round(1e3 * scene.support.offset)} mm from the plane of the support"
     normal, points = scene.support.normal, [item.points for item in scene.objects]
     x, y = np.median(np.concatenate(points), axis=0)[:2] if points else scene.view_origin[:2]
     z = -(normal[0] * x + normal[1] * y + scene.support.offset) / normal[2]

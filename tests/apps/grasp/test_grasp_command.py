@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -13,8 +14,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from eyehand.apps.grasp.moveit_yaml import _text
+from eyehand.apps.perceived_frame import support_line
 from eyehand.grasping.hands import built_in_hands, load_hand, write_hand
-from eyehand.perception import DepthFrame, read_frame, write_frame
+from eyehand.perception import DepthFrame, perceive, read_frame, write_frame
 
 from ...browser import TWO_LOOKS, check_page
 from ..command_line import run_command
@@ -160,6 +162,15 @@ def test_known_table_corrects_the_depth(capsys):
     assert "depth scaled by" in err
     assert "the support is at z = 0 mm in the world, tilted by 0.0°" in err
     assert "warning: the scale" not in err
+
+
+def test_distance_of_the_support_is_printed_without_a_pose():
+    frame = read_frame(SAMPLE)
+    assert frame.T_world_camera is not None
+    line = support_line(perceive(replace(frame, T_world_camera=None)))
+    distance = re.fullmatch(r"the camera is (\d+) mm from the plane of the support", line)
+    assert distance is not None, line
+    assert float(distance[1]) == pytest.approx(1e3 * frame.T_world_camera.translation[2], abs=5)
 
 
 def test_wrong_height_of_the_table_makes_no_grasp_safe(capsys):
