@@ -232,10 +232,15 @@ def _put_down(
 
 
 def _carry_over_tray(cell: Cell, state: PickState, goal: _PutDown) -> MotionResult:
-    """Carry the object over its place, directly if possible, else along a planned path."""
+    """Carry the object over its place: directly, else raised first, else along a planned path."""
     tasks = (Position(goal.high, goal.centre_in_palm), goal.alignment)
     result = MotionResult("stuck", "")
-    for controller in (state.direct_carry(cell, tasks), state.transit(cell, tasks, "held")):
+    for way in ("direct", "raised", "planned"):
+        if way == "raised":
+            _raise(cell, state, goal)
+        controller = state.direct_carry(cell, tasks)
+        if way == "planned":
+            controller = state.transit(cell, tasks, "held")
         result = _carry(cell, state, controller, PLACE_SECONDS, tasks, OVER_PLACE_SLACK)
         short = result.end in ("stuck", "late")
         # A stuck arm over the tray is near enough, unless the object is over a wall.
@@ -245,6 +250,13 @@ def _carry_over_tray(cell: Cell, state: PickState, goal: _PutDown) -> MotionResu
         if not short:
             break
     return result
+
+
+def _raise(cell: Cell, state: PickState, goal: _PutDown) -> None:
+    """Raise the held object to the height at which it passes over tray and content."""
+    here = cell.palm_pose().apply(goal.centre_in_palm)
+    tasks = (Position(np.array([*here[:2], goal.high[2]]), goal.centre_in_palm), goal.alignment)
+    _carry(cell, state, state.direct_carry(cell, tasks), LIFT_SECONDS)
 
 
 def _carry(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import ceil
 from typing import TYPE_CHECKING
 
 import cv2
@@ -74,4 +75,4 @@ def background_points(
     objects = np.concatenate(clouds)
     low, high = objects.min(axis=0) - REACH, objects.max(axis=0) + REACH
     points = points[((points >= low) & (points <= high)).all(axis=1)]
-    return points[:: -(-len(points) // MAX_POINTS) or 1]
+    return points[:: max(ceil(len(points) / MAX_POINTS), 1)]

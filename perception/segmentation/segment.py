@@ -84,8 +84,7 @@ def segment(frame: DepthFrame, options: SegmentationOptions | None = None) -> Se
         tops = block_heights(image, supports[0].plane)
         found = find_containers(image, supports, tops)
         clock.finish("containers")
-        masked = None if frame.masked is None else frame.masked[::stride, ::stride]
-        unknown = find_unknown(tops, image, supports[0], masked, walls=bool(found))
+        unknown = find_unknown(tops, image, supports[0], walls=bool(found))
         clock.finish("unknown")
     supports = include_floors(supports, found)
     above = above_support(image, supports, options.max_range)

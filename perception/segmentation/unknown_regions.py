@@ -68,12 +68,7 @@ class UnknownRegion:
 
 
 def find_unknown(
-    tops: NDArray[np.float32],
-    image: WorkingImage,
-    support: Support,
-    masked: NDArray[np.bool_] | None = None,
-    *,
-    walls: bool = False,
+    tops: NDArray[np.float32], image: WorkingImage, support: Support, *, walls: bool = False
 ) -> tuple[UnknownRegion, ...]:
     """Find the regions without readings in the middle of a support, largest first.
 
@@ -82,11 +77,9 @@ def find_unknown(
     tops
         Heights of the blocks above the support, from :func:`~.block_heights.block_heights`.
     image
-        The whole image.
+        The whole image. What is masked in it is no region.
     support
         The support.
-    masked
-        Pixels of the image that were masked on purpose, (H, W), or None.
     walls
         Whether walls stand on the support. As they cast long shadows, the whole ring must then show
         the support.
@@ -95,8 +88,8 @@ def find_unknown(
     band = max(2 * SUPPORT_SIGMAS * support.plane.tolerance, MIN_BAND)
     on_support = np.abs(tops) <= band
     hidden = (empty & ~_shadows(tops, band, image, support)).astype(np.uint8)
-    if masked is not None:
-        hidden[_any_in_blocks(masked, image.length(BLOCK))] = 0
+    if image.masked is not None:
+        hidden[_any_in_blocks(image.masked, image.length(BLOCK))] = 0
     core = cv2.morphologyEx(hidden, cv2.MORPH_OPEN, np.ones((MIN_WIDTH,) * 2, np.uint8))
     count, labels, stats, _ = cv2.connectedComponentsWithStats(core, connectivity=8)
     rows, columns = tops.shape

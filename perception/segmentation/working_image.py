@@ -34,6 +34,8 @@ class WorkingImage(NamedTuple):
     """Noise σ of disparity, 1/m."""
     scale: float = 1.0
     """Width of the whole image divided by ``REFERENCE_WIDTH``."""
+    masked: NDArray[np.bool_] | None = None
+    """Pixels masked on purpose, (H, W); None without a mask, and in a part of the image."""
 
     @property
     def pinhole(self) -> tuple[float, float, float, float]:
@@ -62,6 +64,7 @@ class WorkingImage(NamedTuple):
             disparity=np.ascontiguousarray(self.disparity[window]),
             intrinsics=self.intrinsics.cropped(*window),
             colour=None if self.colour is None else np.ascontiguousarray(self.colour[window]),
+            masked=None,
         )
 
     def reduced(self, step: int) -> WorkingImage:
@@ -72,6 +75,7 @@ class WorkingImage(NamedTuple):
             disparity=self.disparity[part].copy(),
             intrinsics=self.intrinsics.reduced(step),
             colour=None if self.colour is None else self.colour[part].copy(),
+            masked=None if self.masked is None else self.masked[part],
             scale=self.scale / step,
         )
 
@@ -92,9 +96,11 @@ def working_image(frame: DepthFrame, stride: int = 1, *, median: bool = False) -
         disparity = keep_gaps(disparity, np.asarray(filtered))
         depth = inverse(disparity)
     colour = None if frame.colour is None else frame.colour[::stride, ::stride].copy()
+    masked = None if frame.masked is None else frame.masked[::stride, ::stride]
     camera = frame.intrinsics.reduced(stride)
+    scale = image_scale(camera.width)
     return WorkingImage(
-        depth, disparity, camera, frame.T_world_camera, colour, scale=image_scale(camera.width)
+        depth, disparity, camera, frame.T_world_camera, colour, scale=scale, masked=masked
     )
 
 
