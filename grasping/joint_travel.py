@@ -28,7 +28,8 @@ class JointTravel:
     """Judges each joint of an arm in windows of its commanded rotation.
 
     A late arm is behind at the start of a window and at its end, each time by its speed times its
-    delay. Neither is a fault.
+    delay. Neither is a fault. After a rest, all windows start anew: what a contact moved in a former
+    motion is no fault of this one.
 
     Parameters
     ----------
@@ -39,7 +40,7 @@ class JointTravel:
     def __init__(self, q: NDArray[np.float64]) -> None:
         self._start = np.array(q)
         self._commanded, self._start_speed = np.zeros_like(self._start), np.zeros_like(self._start)
-        self._time = 0.0
+        self._time, self._resting, self._last = 0.0, 0.0, self._start
         self._speeds: deque[tuple[float, NDArray[np.float64]]] = deque()
 
     def check(
@@ -62,6 +63,11 @@ class JointTravel:
         joints
             Names of the joints.
         """
+        if velocity.any() and self._resting > LATE:
+            self._start, self._start_speed = self._last, np.zeros_like(self._start)
+            self._commanded = np.zeros_like(self._start)
+        self._resting = 0.0 if velocity.any() else self._resting + seconds
+        self._last = np.array(q)
         self._commanded = self._commanded + seconds * velocity
         travel, moved = np.abs(self._commanded), q - self._start
         fastest = self._fastest(np.abs(velocity), seconds)

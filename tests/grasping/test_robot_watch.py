@@ -128,6 +128,16 @@ def test_late_arm_that_reverses_has_no_fault(delay, peak):
         assert not watch.step(arm, np.full(len(arm.joints), velocity), None).fault
 
 
+def test_push_in_a_former_motion_is_no_fault_of_the_next():
+    """A contact holds the joints back by 0.25 rad; after a pause the arm moves back."""
+    arm = Arm(lambda robot, r: replace(r, q=r.q - min(0.25, max(0.0, robot.time - 0.5))))
+    watch = RobotWatch(arm.read())
+    for speed, seconds in ((0.5, 1.0), (0.0, 0.1), (-0.5, 1.0)):
+        for _ in range(round(seconds / arm.period)):
+            velocity = np.full(len(arm.joints), speed)
+            assert not watch.step(arm, velocity, None).fault
+
+
 def test_arm_moved_by_hand_in_a_pause_has_no_fault():
     def moved(robot, reading):
         late = robot.time > 0.4
