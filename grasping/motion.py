@@ -129,19 +129,19 @@ def execute(
                 return MotionResult("stopped", stop_reason)
             cycle = controller.step(reading.q)
             infeasible = infeasible + cell.robot.period if cycle.status == "infeasible" else 0.0
+            result = None
             if cycle.status == "reached":
-                cell.step(still)
-                return MotionResult("reached", "")
-            if cycle.status == "stuck" or infeasible > INFEASIBLE_SECONDS:
-                cell.step(still)
-                return MotionResult("stuck", cycle.reason)
-            if reading.time >= end:
-                _brake(cell, controller, start, command, stop)
-                cell.step(still)
+                result = MotionResult("reached", "")
+            elif cycle.status == "stuck" or infeasible > INFEASIBLE_SECONDS:
+                result = MotionResult("stuck", cycle.reason)
+            elif reading.time >= end:
                 errors = ", ".join(f"{error:.3g}" for error in cycle.errors)
-                return MotionResult(
-                    "late", f"not reached after {seconds:g} s: errors {errors} (m or rad)"
-                )
+                late = f"not reached after {seconds:g} s: errors {errors} (m or rad)"
+                result = MotionResult("late", late)
+            if result is not None:
+                stop_reason = _brake(cell, controller, start, command, stop)
+                cell.step(still)
+                return MotionResult("stopped", stop_reason) if stop_reason else result
             cell.step(start.follow(cycle.velocity), command(reading) if command else None)
 
 
@@ -160,17 +160,18 @@ class _SmoothStart:
     """Time in which the acceleration rises to its limit, s."""
     velocity: NDArray[np.float64]
     """Last velocity, (n,), rad/s."""
+    acceleration: NDArray[np.float64] | None = None
+    """Last acceleration, (n,), rad/s²."""
     elapsed: float = 0.0
     """Time since the start, s."""
 
     def follow(self, wanted: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the next velocity (n,) towards that of the controller, rad/s."""
         self.elapsed += self.period
-        if self.elapsed >= self.seconds:
-            return wanted
-        change = self.elapsed / self.seconds * (wanted - self.velocity)
-        self.velocity = self.velocity + change
-        self.controller.resume(self.velocity, change / self.period)
+        change = min(self.elapsed / self.seconds, 1.0) * (wanted - self.velocity)
+        self.velocity, self.acceleration = self.velocity + change, change / self.period
+        if self.elapsed < self.seconds:
+            self.controller.resume(self.velocity, self.acceleration)
         return self.velocity
 
 
@@ -186,6 +187,8 @@ def _brake(
     A command that drops to zero at once saturates the motors of light wrists.
     """
     end = cell.reading.time + BRAKE_SECONDS
+    # The controller may have computed a step that was not commanded.
+    controller.resume(start.velocity, start.acceleration)
     while cell.reading.time < end and not cell.halted:
         reason = stop(cell.reading) if stop else ""
         if reason not in ("", NEAR_ENOUGH):

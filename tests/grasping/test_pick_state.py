@@ -79,6 +79,23 @@ def test_motion_starts_and_brakes_within_the_limits(cell, end):
     assert_within_acceleration(cell, commands)
 
 
+@pytest.mark.parametrize("status", ["stuck", "reached"])
+def test_arm_brakes_within_the_limits_when_its_controller_ends(cell, status, monkeypatch):
+    goal = cell.palm_pose().translation + np.array([0.0, 0.2, 0.1])
+    controller = pick_state("precision").move_off(cell, (Position(goal),), speed=1.0)
+    commands, start, step = recorded_commands(cell, controller), cell.reading.time, controller.step
+
+    def ends(q):
+        cycle = step(q)
+        return replace(cycle, status=status) if cell.reading.time > start + 0.15 else cycle
+
+    monkeypatch.setattr(controller, "step", ends)
+    assert execute(cell, controller, 2.0).end == status
+    assert max(np.abs(velocity).max() for velocity in commands) > 0.3
+    np.testing.assert_array_equal(commands[-1], 0.0)
+    assert_within_acceleration(cell, commands)
+
+
 def test_hand_leaves_the_tray_within_the_limits(cell):
     palm = cell.palm_pose().translation
     cell.tray = replace(TRAY, centre=np.array([*palm[:2], 0.006]))
