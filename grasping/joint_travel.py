@@ -28,8 +28,8 @@ class JointTravel:
     """Judges each joint of an arm in windows of its commanded rotation.
 
     A late arm is behind at the start of a window and at its end, each time by its speed times its
-    delay. Neither is a fault. After a rest, all windows start anew: what a contact moved in a former
-    motion is no fault of this one.
+    delay. Neither is a fault. After a rest, all windows start anew: a contact that moved
+    a joint in one motion is no fault of the next.
 
     Parameters
     ----------
