@@ -14,6 +14,7 @@ from eyehand.errors import DeviceError, InputError
 
 from .failed_grasps import FailedGrasps
 from .frame_fusion import fuse_frames
+from .grasp_phases import NARROW
 from .grasp_selection import GraspSelection, select_grasp
 from .motion import execute, unexpected_contact
 from .obstacles import scene_obstacles
@@ -230,13 +231,22 @@ def _pick(run: _Clearing) -> Step:
     if not report:
         run.add_failed_grasp()
     run.over_tray = bool(report) and run.options.capture_over_tray
-    if report.outcome == "hand_stalled":
+    if report.outcome == "hand_stalled" and not _opened_again(run):
         # The hand may still hold the object, so the arm stays.
         run.stop_reason = f"the hand does not follow: {report.reason}"
         return _stop
     if report.outcome != "fault" and not run.over_tray:
         run.move_home()
     return _observe
+
+
+def _opened_again(run: _Clearing) -> bool:
+    """Return whether the hand has stalled only once, while closing, and is open again."""
+    *earlier, last = run.picks
+    again = bool(earlier) and earlier[-1].outcome == "hand_stalled"
+    width = run.cell.hand.width(run.cell.reading.hand)
+    closing = last.phases[-1].phase == "close"
+    return closing and not again and width >= last.plan.opening - NARROW
 
 
 def _stop(run: _Clearing) -> None:

@@ -34,7 +34,7 @@ def pick_object(cell: Cell, grasp: SelectedGrasp) -> PickReport:
     cell.begin()
     cell.plan = grasp.plan
     failure: PhaseFailure | None = None
-    held = HeldState(0)
+    held, phase = HeldState(0), ""
     for phase, run in PHASES:
         start = cell.enter(phase)
         failure = run(cell, state)
@@ -49,8 +49,10 @@ def pick_object(cell: Cell, grasp: SelectedGrasp) -> PickReport:
             held = cell.hand.held(cell.reading.hand)
     if failure is not None and failure.outcome == "touch_lost":
         cell.ignore_touch()
-    if failure is not None and failure.outcome != "fault":
-        if failure.outcome == "hand_stalled":
+    stalled = failure is not None and failure.outcome == "hand_stalled"
+    # Jaws that keep the object over the tray have been waited for.
+    if failure is not None and failure.outcome != "fault" and not (stalled and phase == "place"):
+        if stalled:
             # Late jaws may still follow earlier commands.
             cell.wait(LATE_JAWS, cell.hand.opened())
         failure = state.release(cell) or failure

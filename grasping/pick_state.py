@@ -59,6 +59,9 @@ JAW_SECONDS = 3.0
 MIN_OPENED = 0.002
 """Increase of the width at which jaws have let go after this time, m. Some do not open by their
 whole stroke. Encoders are accurate to 1 mm."""
+OPEN_READINGS = 5
+"""Number of successive readings that must say so where the stroke leaves less than this increase.
+One noisy reading can exceed a smaller one."""
 GOAL_TOLERANCE = 0.004
 """Error at which a goal far from the object counts as reached, m or rad."""
 RETREAT_TOLERANCE = 0.01
@@ -314,11 +317,14 @@ class PickState:
             held = min(held, self.gripped)
         opened = held + min(OPENED, 0.5 * max(cell.hand.max_opening - held, 0.0))
         end = cell.reading.time + (JAW_SECONDS if waits else OPEN_SECONDS)
-        # A width that is not a number counts as narrow.
-        while not width >= opened and cell.reading.time < end and not cell.halted:
+        needed = OPEN_READINGS if waits and held < opened < held + MIN_OPENED else 1
+        count = int(width >= opened)
+        while count < needed and cell.reading.time < end and not cell.halted:
             cell.step(np.zeros(len(cell.robot.joints)), cell.hand.opened())
             width = cell.hand.width(cell.reading.hand)
-        let_go = width >= min(opened, held + MIN_OPENED)
+            # A width that is not a number counts as narrow.
+            count = count + 1 if width >= opened else 0
+        let_go = count >= needed or (needed == 1 and width >= held + MIN_OPENED)
         if waits and self.gripped is not None and not let_go and not cell.halted:
             reason = f"it is {1e3 * width:.0f} mm wide after {JAW_SECONDS:g} s"
             return PhaseFailure("hand_stalled", f"the hand does not let go: {reason}")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import deque
+
 import numpy as np
 
 from .closing import ClosingState
@@ -14,6 +16,11 @@ EMPTY_WIDTH = 0.002
 are accurate to 1 mm."""
 STILL_WIDTH = 0.0005
 """Change of the width below which the jaws stand still, m."""
+MEAN_NOISE, MAX_READINGS = 0.0001, 40
+"""Noise of the mean width, m, and the maximum number of readings of which it is taken. One reading
+is enough without noise. Single readings with a noise of 0.5 mm never stand still."""
+MOVED_NOISES = 3.0
+"""Multiple of the noise that a motion must exceed in addition."""
 STILL_SECONDS = 0.12
 """Time for which the width must stand still, s. It is longer than the delay of a network."""
 STALL_SECONDS = 1.5
@@ -48,8 +55,9 @@ class JawClosing:
         self.touched = False
         self.force = grip_force(hand, options)
         """Force of each jaw in the grip, N."""
-        self._start = self._width = np.inf
-        self._still = self._elapsed = 0.0
+        self._start = np.inf
+        self._elapsed = 0.0
+        self._motion = WidthMotion()
 
     def step(self, reading: AnyReading, dt: float) -> JawCommand:
         """Compute the command of the next control period of dt seconds."""
@@ -57,10 +65,7 @@ class JawClosing:
         if self.state == "preshape":
             self.state, self._start = "closing", reading.width
         self._elapsed += dt
-        if abs(reading.width - self._width) > STILL_WIDTH:
-            self._width, self._still = reading.width, 0.0
-        else:
-            self._still += dt
+        self._motion.step(reading.width, dt)
         empty = reading.width <= empty_width(self._hand)
         force = self.force
         if self.state == "closing":
@@ -69,7 +74,7 @@ class JawClosing:
         elif self.state == "gripping" and self._elapsed > GRIP_SECONDS:
             if empty:
                 self.state = "empty"
-            elif self._still > STILL_SECONDS:
+            elif self._motion.still > STILL_SECONDS:
                 self.state = "holding"
         elif self.state == "holding" and empty:
             self.state = "empty"
@@ -79,17 +84,51 @@ class JawClosing:
         if empty:
             self.state = "empty"
             return
-        if self._still < STILL_SECONDS:
+        motion = self._motion
+        if motion.still < STILL_SECONDS:
             return
         if reading.effort is None:
             # Without effort, jaws that never moved cannot have touched anything.
-            contact = self._start - reading.width > STILL_WIDTH
+            least = STILL_WIDTH + MOVED_NOISES * motion.noise
+            contact = self._start - motion.width > least
         else:
             contact = reading.effort >= EFFORT_SHARE * force
         if contact:
             self.state, self.touched, self._elapsed = "gripping", True, 0.0
-        elif self._still > STALL_SECONDS:
+        elif motion.still > STALL_SECONDS:
             self.state = "stalled"
+
+
+class WidthMotion:
+    """Detector of jaws that stand still, in spite of the noise of their width."""
+
+    def __init__(self) -> None:
+        self._widths: deque[float] = deque(maxlen=MAX_READINGS)
+        self.width = np.inf
+        """Width at which the jaws stand still, m."""
+        self.noise = 0.0
+        """Standard deviation of the readings without their motion, m."""
+        self.still = 0.0
+        """Time for which the jaws have stood still, s."""
+
+    def step(self, width: float, dt: float) -> None:
+        """Add a reading of the width, m, after a control period of dt seconds."""
+        self._widths.append(width)
+        widths = np.array(self._widths)
+        if len(widths) > 2:
+            # Second differences remove a constant speed, and their median removes its changes.
+            bend = float(np.median(np.abs(np.diff(widths, n=2))))
+            self.noise = bend / (_NORMAL_MEDIAN * 6.0**0.5)
+        count = int(np.ceil(min(MAX_READINGS, (self.noise / MEAN_NOISE) ** 2)))
+        mean = float(widths[-max(count, 1) :].mean())
+        if abs(mean - self.width) > STILL_WIDTH:
+            self.width, self.still = mean, 0.0
+        else:
+            self.still += dt
+
+
+_NORMAL_MEDIAN = 0.6745
+"""Median of the absolute values of a normal distribution with the standard deviation 1."""
 
 
 def grip_force(hand: ParallelHand, options: GripOptions) -> float:

@@ -8,8 +8,10 @@ from scipy.spatial.transform import RigidTransform
 
 from eyehand.apps.grasp.ground_truth_scene import ground_truth_scene
 from eyehand.data_synth.scenes import TabletopObject
+from eyehand.grasping import grasp_phases
 from eyehand.grasping.cell import Cell
 from eyehand.grasping.clearing import ClearOptions, clear_table
+from eyehand.grasping.hands.finger_control import FingerControl
 from eyehand.grasping.pick_state import PhaseFailure, PickState
 from eyehand.grasping.report import PickReport
 from eyehand.grasping.tray import Tray
@@ -92,6 +94,48 @@ def test_hand_that_does_not_let_go_after_a_failed_phase_ends_clearing(monkeypatc
     assert (pick.outcome, pick.phases[-1].phase) == ("hand_stalled", "close")
     assert "does not let go" in report.stop_reason
     assert np.linalg.norm(robot.q - cell.home) > 0.1, "the arm stays"
+
+
+def stall(monkeypatch, times):
+    """Let the hand stall in the first closings."""
+    close_once, stalls = grasp_phases._close_once, iter(range(times))  # pyright: ignore[reportPrivateUsage]
+    failure = PhaseFailure("hand_stalled", "the hand stopped at 79 mm")
+
+    def stalled(cell, state):
+        return close_once(cell, state) if next(stalls, None) is None else (failure, 0.0)
+
+    monkeypatch.setattr(grasp_phases, "_close_once", stalled)
+
+
+@pytest.mark.parametrize(("stalls", "outcomes"), [(1, ["hand_stalled", "placed"]), (2, [])])
+def test_hand_that_opens_after_a_stalled_closing_tries_again_once(monkeypatch, stalls, outcomes):
+    stall(monkeypatch, stalls)
+    scenes = ([box()], [box()], []) if outcomes else ([box()],)
+    report, _ = run(FakeRobot(), *scenes, failures=3)
+    assert [pick.outcome for pick in report.picks] == (outcomes or ["hand_stalled"] * 2)
+    assert report.stop_reason.startswith("clear" if outcomes else "the hand does not follow")
+
+
+def test_hand_that_stays_narrow_after_a_stalled_closing_ends_clearing(monkeypatch):
+    stall(monkeypatch, 1)
+    monkeypatch.setattr(FingerControl, "width", lambda *_: 0.03)
+    report, _ = run(FakeRobot(), [box()], failures=3)
+    assert [pick.outcome for pick in report.picks] == ["hand_stalled"]
+    assert report.stop_reason.startswith("the hand does not follow")
+
+
+def test_jaws_that_keep_the_object_over_the_tray_are_waited_for_once(monkeypatch):
+    """A second wait for the same jaws took 4.5 s more."""
+    releases = []
+
+    def release(*_):
+        releases.append(True)
+        return PhaseFailure("hand_stalled", "the hand does not let go")
+
+    monkeypatch.setattr(PickState, "release", release)
+    pick = first_pick(FakeRobot(), [box()])
+    assert (pick.outcome, pick.phases[-1].phase) == ("hand_stalled", "place")
+    assert len(releases) == 1
 
 
 def test_early_thumb_contact_shifts_hand_once_then_fails():

@@ -144,17 +144,19 @@ class Jaws:
     halted = ""
     options = PickOptions()
 
-    def __init__(self, width, *, reached=0.08, late=0.0, speed=0.1):
+    def __init__(self, width, *, reached=0.08, late=0.0, speed=0.1, glitch=np.nan):
         self.hand = JawControl(load_hand("panda"))
         self.robot = SimpleNamespace(hand=self.hand.model, joints=("j",))
         self.reading = SimpleNamespace(time=0.0, hand=JawReading(width))
-        self.reached, self.late, self.speed = reached, late, speed
+        self.reached, self.late, self.speed, self.width = reached, late, speed, width
+        self.glitch = glitch
 
     def step(self, _velocity, _command):
         """Open the jaws for one period."""
-        time, width = self.reading.time + 0.01, self.reading.hand.width
+        time = self.reading.time + 0.01
         if time > self.late:
-            width = max(width, min(width + 0.01 * self.speed, self.reached))
+            self.width = max(self.width, min(self.width + 0.01 * self.speed, self.reached))
+        width = self.glitch if round(time, 2) == 1.0 else self.width
         self.reading = SimpleNamespace(time=time, hand=JawReading(width))
 
     def palm_pose(self):
@@ -192,12 +194,16 @@ def test_hand_moves_off_once_its_jaws_have_let_go(monkeypatch, width, gripped, o
 
 
 @pytest.mark.parametrize(
-    ("width", "reached", "said"),
-    [(0.04, 0.041, "41 mm wide after 3 s"), (np.nan, np.nan, "nan mm wide")],
-    ids=["jaws that stay", "width that is not a number"],
+    ("width", "opens", "said"),
+    [
+        (0.04, {"reached": 0.041}, "41 mm wide after 3 s"),
+        (0.077, {"reached": 0.077, "glitch": 0.079}, "77 mm wide"),
+        (np.nan, {"reached": np.nan}, "nan mm wide"),
+    ],
+    ids=["jaws that stay", "one reading beside the others", "width that is not a number"],
 )
-def test_arm_stays_while_its_jaws_may_hold_the_object(monkeypatch, width, reached, said):
-    failure, moved = released(monkeypatch, Jaws(width, reached=reached), 0.04)
+def test_arm_stays_while_its_jaws_may_hold_the_object(monkeypatch, width, opens, said):
+    failure, moved = released(monkeypatch, Jaws(width, **opens), min(width, 0.077))
     assert failure is not None
     assert failure.outcome == "hand_stalled"
     assert said in failure.reason

@@ -27,17 +27,24 @@ class Jaws:
     stalled: bool = False
     width: float = HAND.stroke
     force: float = 0.0
+    speed: float = SPEED
+    noise: float = 0.0
+    """Standard deviation of the readings of the width, m."""
+
+    def __post_init__(self):
+        self.rng = np.random.default_rng(0)
 
     def read(self) -> JawReading:
         """Return the reading."""
-        return JawReading(self.width, self.force if self.effort else None)
+        width = self.width + self.noise * self.rng.normal()
+        return JawReading(width, self.force if self.effort else None)
 
     def move(self, command: JawCommand) -> None:
         """Follow a command for one period."""
         if self.stalled:
             return
         goal = max(command.width, self.object_width)
-        self.width = max(goal, self.width - SPEED * DT)
+        self.width = max(goal, self.width - self.speed * DT)
         self.force = command.force if self.width == self.object_width else 0.0
 
 
@@ -54,6 +61,16 @@ def test_width_that_stops_closing_is_contact_and_is_held(width, effort):
     closing = close(Jaws(width, effort))
     assert closing.state == "holding"
     assert closing.touched
+
+
+@pytest.mark.parametrize("effort", [True, False])
+@pytest.mark.parametrize("speed", [0.1, 0.02])
+def test_noise_of_the_width_is_no_motion(speed, effort):
+    """The noise is above the change of the width that counts as motion."""
+    jaws = Jaws(0.04, effort, speed=speed, noise=6e-4)
+    closing = close(jaws)
+    assert closing.state == "holding"
+    assert jaws.width == 0.04, "the jaws are held after they have closed"
 
 
 @pytest.mark.parametrize("effort", [True, False])
