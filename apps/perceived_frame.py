@@ -60,7 +60,12 @@ def plan_scene(scene: Scene, select: GraspOptions | None = None) -> dict[int, Gr
     )
     return {
         item.label: select_prototype(
-            item, scene.support, neighbours=scene.objects, up=up, options=select
+            item,
+            scene.support,
+            neighbours=scene.objects,
+            background=scene.background,
+            up=up,
+            options=select,
         )
         for item in scene.objects
     }

@@ -27,12 +27,21 @@ def nearest_point(points, palm, axes, boxes):
     """
     least, nearest = np.inf, 0
     deepest, inner = 0.0, 0
-    local = np.empty(3)
+    local, bounds = np.empty(3), np.empty((2, 3))
+    for axis in range(3):
+        bounds[0, axis], bounds[1, axis] = boxes[:, 0, axis].min(), boxes[:, 1, axis].max()
     for k in range(len(points)):
         for axis in range(3):
             local[axis] = 0.0
             for j in range(3):
                 local[axis] += axes[axis, j] * (points[k, j] - palm[j])
+        outside = 0.0
+        for axis in range(3):
+            gap = max(bounds[0, axis] - local[axis], local[axis] - bounds[1, axis])
+            outside += max(gap, 0.0) ** 2
+        # Most points are farther from all boxes than the nearest one so far.
+        if outside > 0.0 and outside >= least:
+            continue
         for b in range(len(boxes)):
             squared, inside = 0.0, True
             for axis in range(3):

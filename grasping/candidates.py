@@ -9,7 +9,7 @@ import numpy as np
 
 from .grasp_geometry import GraspGeometry, turned
 from .grasp_scoring import GraspContext, GraspEvaluation, clearance_term, evaluate_grasp
-from .hand_clearance import hand_boxes, hand_clearance
+from .hand_clearance import BACKGROUND, hand_boxes, hand_clearance
 from .low_clearance import low_clearance_grasps
 from .palm_placement import PalmPlacement, TipDepth, place_palm
 from .prototypes import (
@@ -226,9 +226,9 @@ def _with_clearance(
     """
     gap, label = hand_clearance(geometry, found.placement, boxes, context.neighbours)
     refusal = found.evaluation.refusal
-    own_part = label == context.label
-    if gap < (-PUSH_DEPTH if push and not own_part else FINGER_GAP):
-        name = "another part of the object" if own_part else f"object {label}"
+    fixed = {context.label: "another part of the object", BACKGROUND: "something that is no object"}
+    if gap < (-PUSH_DEPTH if push and label not in fixed else FINGER_GAP):
+        name = fixed.get(label, f"object {label}")
         refusal = refusal or f"{name} is in the way of the hand"
     terms = {**found.evaluation.terms, "room": clearance_term(gap)}
     return replace(

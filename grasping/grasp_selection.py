@@ -21,6 +21,7 @@ from .pick_state import TARGET, TRANSIT_SPEED, PickState, SelectedGrasp
 from .planning import GraspOptions, plan_prototypes
 from .reachable import is_reachable
 from .report import UNREACHABLE
+from .scene_validation import REFUSED_WARNINGS
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Iterator, Sequence
@@ -75,7 +76,8 @@ def select_grasp(
 ) -> GraspSelection:
     """Select the grasp with the best score that the arm can reach.
 
-    The arm avoids all objects of the scene. To pick a chosen one, name its label; a scene without
+    Nothing is selected in a scene with a warning that forbids motion, as in `clear_table`. The arm
+    avoids all objects of the scene. To pick a chosen one, name its label; a scene without
     the others would lead the hand through them.
 
     Parameters
@@ -161,6 +163,10 @@ def _stages(
     if isinstance(hand, ParallelHand):
         yield _jaw_candidates(cell, hand, scene, items, skipped)
         return
+    doubt = next((one.message for one in scene.warnings if one.kind in REFUSED_WARNINGS), "")
+    if doubt:
+        skipped.update((item.label, f"the scene is not reliable: {doubt}") for item in items)
+        return
     usual = _finger_candidates(hand, scene, items, options, skipped)
     planned = {item.label for _, item, _ in usual}
     yield [one for one in usual if one[1].label not in tried]
@@ -223,7 +229,12 @@ def _finger_candidates(
         others = [other for other in scene.objects if other is not item]
         weight = LOADED_WEIGHT if item.label in loaded else 1.0
         for plan in plan_prototypes(
-            item, scene.support, neighbours=others, hand=hand, options=options
+            item,
+            scene.support,
+            neighbours=others,
+            background=scene.background,
+            hand=hand,
+            options=options,
         ):
             if plan:
                 found.append((weight * plan.score.total, item, plan))

@@ -47,6 +47,7 @@ def plan_prototypes(
     support: SupportPlane | None = None,
     *,
     neighbours: Sequence[SceneObject] = (),
+    background: NDArray[np.float64] | None = None,
     hand: HandModel | None = None,
     up: NDArray[np.float64] | None = None,
     options: GraspOptions | None = None,
@@ -62,6 +63,9 @@ def plan_prototypes(
     neighbours
         Other objects of the scene, which the fingers must avoid. They may include the object
         itself, which is ignored.
+    background
+        Readings (K, 3) of what belongs to no object, `Scene.background`, m. The fingers must avoid
+        them too.
     hand
         Model of the hand; None for `nominal_hand`.
     up
@@ -107,7 +111,7 @@ def plan_prototypes(
         hand=hand,
         solid=solid,
         label=scene_object.label,
-        neighbours=neighbour_points(scene_object, neighbours, hand),
+        neighbours=neighbour_points(scene_object, neighbours, hand, background),
         mass=mass[1],
         visible=scene_object.visible_share,
         narrowest=extents.width,
@@ -131,13 +135,20 @@ def select_prototype(
     support: SupportPlane | None = None,
     *,
     neighbours: Sequence[SceneObject] = (),
+    background: NDArray[np.float64] | None = None,
     hand: HandModel | None = None,
     up: NDArray[np.float64] | None = None,
     options: GraspOptions | None = None,
 ) -> GraspPlan:
     """Return the best plan of :func:`plan_prototypes`, or the refusal."""
     return plan_prototypes(
-        scene_object, support, neighbours=neighbours, hand=hand, up=up, options=options
+        scene_object,
+        support,
+        neighbours=neighbours,
+        background=background,
+        hand=hand,
+        up=up,
+        options=options,
     )[0]
 
 

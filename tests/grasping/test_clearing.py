@@ -317,6 +317,17 @@ def test_objects_with_warnings_come_later():
     assert second.target.label != first.target.label
 
 
+def test_fingers_get_no_grasp_in_a_scene_with_a_doubtful_support():
+    robot = FakeRobot()
+    cell = trial_cell(robot, [box()])
+    scene = cell.perceive(robot.capture())
+    warning = SceneWarning("support_doubtful", "two supports", None)
+    warned = replace(scene, segmentation=replace(scene.segmentation, warnings=(warning,)))
+    selection = select_grasp(cell, warned)
+    assert selection.grasp is None
+    assert selection.skipped == ("object 1: the scene is not reliable: two supports",)
+
+
 def test_grasps_that_will_probably_not_hold_come_last(monkeypatch):
     robot = FakeRobot()
     cell = trial_cell(robot, [box(0.05), box(-0.1)])

@@ -139,6 +139,23 @@ def test_fingers_from_above_close_away_from_neighbour():
     assert plan.score.terms["room"] < 1.0
 
 
+def board(x: float) -> np.ndarray:
+    """Return readings of a board on the table beside the origin, across the x axis."""
+    y, z = np.meshgrid(np.arange(-0.3, 0.3, 0.004), np.arange(0.01, 0.3, 0.004))
+    return np.column_stack([np.full(y.size, x), y.ravel(), z.ravel()])
+
+
+def test_fingers_close_along_a_board_that_is_no_object_and_never_push_it():
+    item, push = can(0.0375, 0.08), GraspOptions(push=True)
+    plan = select_prototype(item, TABLE, background=board(0.065), options=MOVE)
+    assert plan
+    assert abs(plan.closing @ [0.0, 1.0, 0.0]) > 0.8
+    narrow = np.concatenate([board(0.040), board(-0.040), board(0.040)[:, [1, 0, 2]]])
+    refused = select_prototype(item, TABLE, background=narrow, options=push)
+    assert not refused
+    assert "something that is no object is in the way of the hand" in refused.reason
+
+
 def test_close_neighbours_leave_only_pincer_with_smaller_opening():
     item = brick(0.045, 0.045, 0.04)
     alone = select_prototype(item, TABLE)
