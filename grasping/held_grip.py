@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -32,6 +33,12 @@ LAW = LoadGripOptions(reserve=2.5, relax_time=0.2)
 the arm jerks."""
 MIN_WEIGHT = 0.4
 """Weight from which friction is measured, N: above the noise of the wrist."""
+LIGHT_RESERVE = 5.0
+"""Reserve of the grip on a lighter object, N. Its friction is not measured, and the reserve is most
+of its grip."""
+PUSH_FORCE = 0.5
+"""Force from below from which the hand presses on a support, N, above the noise of the wrist. The
+object then neither loads the pads, nor slips."""
 MIN_GRIP = 3.0
 """Force of all pads together at which easing ends, N."""
 MIN_FRICTION = 0.15
@@ -161,7 +168,9 @@ class HeldGrip:
                 self._end_pull(pressed, slid or self._pull.friction, load / max(pressed, 1e-3))
         else:
             slipping = self._drops(cell, carried, float((palm.jacobian @ reading.velocity)[2]))
-            force = self._law.update(GripReading(pressed, max(load, self.weight), slipping), dt)
+            pushes = self.pushed > PUSH_FORCE
+            load = self.weight if pushes else max(load, self.weight)
+            force = self._law.update(GripReading(pressed, load, slipping), dt)
         if self.carrying:
             self._regulator.tighten_fully(dt)
         else:
@@ -216,7 +225,14 @@ class HeldGrip:
         """Follow the load from now on, without measuring the friction."""
         self.stage = "follow"
         self._regulator.settle()
-        self._law = self._new_law(CAUTIOUS_FRICTION, pressed)
+        light = self.weight < MIN_WEIGHT
+        options = replace(LAW, reserve=LIGHT_RESERVE) if light else LAW
+        self._law = LoadGrip(CAUTIOUS_FRICTION, pressed, options)
+
+    @property
+    def pushed(self) -> float:
+        """Force with which a support pushes the hand up, N; 0 while it carries."""
+        return max(-self._past[-1][1], 0.0) if self._past else 0.0
 
     @property
     def pulling(self) -> bool:
@@ -273,6 +289,7 @@ class HeldGrip:
         self._speed += (speed - self._speed) * (1.0 - np.exp(-period / FILTER_SECONDS))
         missing = self.weight * (1.0 + acceleration / GRAVITY) - carried
         dropped = missing > max(DROP_SHARE * self.weight, DROP_FORCE)
+        dropped = dropped and self.pushed <= PUSH_FORCE
         self._drop = self._drop + period if dropped else 0.0
         if self._drop < DROP_SECONDS:
             return False

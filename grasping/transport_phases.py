@@ -60,6 +60,9 @@ WALL_MARGIN = 0.03
 """Distance inside the walls at which the centre of an object counts as over the tray, m."""
 OVER_PLACE_SLACK = 0.025
 """Distance from the point above its place at which an object is lowered, m. Lowering removes it."""
+MAX_PUSH = 15.0
+"""Force of tray or content from below at which a lowered object is down, N. An object may be longer
+than its solid. The arm pressed one down with 350 N until its joints were stopped."""
 PLACE_SECONDS = 15.0
 """Time limit of the motion to the tray, s. A way around its content, found where the direct motion
 is stuck, takes up to 12 s."""
@@ -269,12 +272,14 @@ def _carry(
 ) -> MotionResult:
     """Move with the held object until the motion ends or the object is lost.
 
-    With ``tasks``, the motion also counts as reached when their errors are below ``slack``, m.
+    With ``tasks``, the motion also counts as reached when their errors are below ``slack``, m. A
+    lowered object is also down when what is under it pushes back.
     """
 
     def stop(reading: RobotReading) -> str:
         near = tasks and state.near_goal(cell, tasks, reading.q, slack)
-        return state.lost(cell) or (NEAR_ENOUGH if near else "")
+        put_down = state.lowering and state.held is not None and state.held.pushed > MAX_PUSH
+        return state.lost(cell) or (NEAR_ENOUGH if near or put_down else "")
 
     result = execute(
         cell,

@@ -12,7 +12,13 @@ from eyehand.errors import InputError
 from eyehand.grasping.hands import GripOptions, HandReading
 from eyehand.grasping.hands.closing import Closing
 from eyehand.grasping.hands.grip_regulator import GripRegulator
-from eyehand.grasping.held_grip import GRAVITY, STEADY_SECONDS, HeldGrip, measured_wrench
+from eyehand.grasping.held_grip import (
+    GRAVITY,
+    LIGHT_RESERVE,
+    STEADY_SECONDS,
+    HeldGrip,
+    measured_wrench,
+)
 from eyehand.grasping.robot import RobotReading
 
 from .fake_robot import HAND, PERIOD
@@ -29,7 +35,7 @@ class HeldObject:
         self.mass, self.friction = mass, friction
         self.closing = Closing(HAND, "precision", 0.06, GripOptions())
         self.time, self.speed, self.slid, self.load_factor = 0.0, 0.0, 0.0, 1.0
-        self.share = 0.0
+        self.share = self.push = 0.0
         self.lifted, self.measures = False, True
         self.lost: np.ndarray | None = None
         contact = self.hand_reading(10.0)
@@ -71,7 +77,9 @@ class HeldObject:
         carried = min(weight, most) if sliding else weight
         self.speed = max(self.speed + PERIOD * (weight - most) / self.mass, 0.0) if sliding else 0.0
         self.slid += PERIOD * self.speed
-        wrench = np.array([0.0, 0.0, carried, 0.0, 0.0, 0.0]) if self.measures else self.lost
+        wrench = (
+            np.array([0.0, 0.0, carried - self.push, 0.0, 0.0, 0.0]) if self.measures else self.lost
+        )
         reading = RobotReading(
             self.time, np.zeros(7), np.zeros(7), self.hand_reading(self.side()), wrench=wrench
         )
@@ -138,6 +146,30 @@ def test_slip_raises_the_grip_and_corrects_the_weight():
     assert 1 <= held.held.slips < 6
     assert held.held.weight < 0.75 * 0.4 * GRAVITY
     assert held.side() > before
+
+
+@pytest.mark.parametrize("push", [6.0, 40.0])
+def test_object_that_a_support_pushes_up_is_not_squeezed_as_if_it_slipped(push):
+    """The push grew the grip to 216 N, and pressed objects out of the hand."""
+    held = HeldObject(0.15, 0.6)
+    held.pull()
+    held.run(1.0)
+    before, weight, slips = held.side(), held.held.weight, held.held.slips
+    held.push = push
+    held.run(0.5)
+    assert held.side() < 1.3 * before
+    assert (held.held.weight, held.held.slips) == (weight, slips)
+    assert held.held.pushed == pytest.approx(push - 0.15 * GRAVITY, rel=0.05)
+
+
+def test_object_too_light_to_measure_its_friction_has_a_larger_reserve():
+    held = HeldObject(0.02, 0.3)
+    held.lifted = True
+    held.run(0.4)
+    held.held.weigh()
+    held.held.follow(2.0 * held.side())
+    held.run(1.5)
+    assert 2.0 * held.side() == pytest.approx(LIGHT_RESERVE + 0.02 * GRAVITY / 0.3, rel=0.1)
 
 
 def test_regulator_tightens_at_a_limited_rate_and_never_eases():
