@@ -7,6 +7,10 @@ from numba import njit
 
 from .kernels import to_tool
 
+FACE_DEPTH = 0.01
+"""Maximum depth of a measured face behind the outermost reading, m. A deeper one is the inner side
+of the opposite wall of a vessel."""
+
 
 @njit(cache=True)
 def contacts(rotation, tip, reach, surface, blocks, measured, pad, facing):
@@ -131,15 +135,22 @@ def _faces(seen, solid, facing):
 
 @njit(cache=True)
 def _measured_face(seen, sign, facing):
-    """Return the second largest sign · x of the points that face a pad, and their number."""
-    first = second = -np.inf
+    """Return the second largest sign · x of the points that face a pad, and their number.
+
+    The number is 0 if they lie deeper than `FACE_DEPTH` behind the second outermost point.
+    """
+    first = second = first_of_all = second_of_all = -np.inf
     count = 0
     for k in range(seen.shape[1]):
+        value = sign * seen[0, k]
+        second_of_all = max(second_of_all, min(first_of_all, value))
+        first_of_all = max(first_of_all, value)
         if sign * seen[2, k] > facing:
             count += 1
-            value = sign * seen[0, k]
             second = max(second, min(first, value))
             first = max(first, value)
+    if second < second_of_all - FACE_DEPTH:
+        count = 0
     return second, count
 
 

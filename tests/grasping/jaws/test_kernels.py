@@ -170,3 +170,31 @@ def test_seen_sides_are_counted():
     assert found[5] == 0.0
     # The seen side lies midway between measured points and solid.
     assert np.isclose(found[1], 0.021 + 0.02)
+
+
+@pytest.mark.parametrize("outer_seen", [False, True])
+def test_inner_side_of_the_far_wall_is_no_face(outer_seen):
+    """A cup of 80 mm, seen from the side: rim, inner walls, and one outer wall or none."""
+    y = np.linspace(-0.005, 0.005, 6)
+    rim = [[sign * 0.04, k, -0.001] for sign in (-1, 1) for k in y]
+    inner = [[sign * 0.034, k, -0.01] for sign in (-1, 1) for k in y]
+    outer = [[0.04, k, -0.01] for k in y if outer_seen]
+    up, away = [[0.0, 0.0, -1.0]] * 12, [[1.0, 0.0, 0.0]] * 6
+    towards = [[1.0, 0.0, 0.0]] * 6 + [[-1.0, 0.0, 0.0]] * 6
+    points = np.array(rim + inner + outer)
+    normals = np.array(up + towards + (away if outer_seen else []))
+    solid = np.array([[0.041, 0.0, -0.01], [-0.041, 0.0, -0.01]])
+    blocks = point_blocks([points, solid], [0, 1])
+    directions = np.concatenate([normals, np.sign(solid) * [1, 0, 0]])
+    found = contacts(
+        np.eye(3)[None],
+        np.zeros((1, 3)),
+        np.full(1, np.inf),
+        (blocks.points, directions[blocks.order]),
+        _spheres(blocks),
+        len(points),
+        (0.0085, 0.018, 0.004),
+        (0.6, 3),
+    )[0]
+    assert found[1] == pytest.approx(0.0815 if outer_seen else 0.082)
+    assert (found[4], found[5]) == (float(outer_seen), 0.0)
