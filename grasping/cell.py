@@ -159,6 +159,15 @@ class Cell:
         """Reason for which every motion ends now; empty without one."""
         return self.reading.fault or self.touch_fault
 
+    @property
+    def held_back(self) -> str:
+        """Which joint something holds back, such as an object under the hand; empty if none."""
+        return self._watch.held_back
+
+    def begin_motion(self) -> None:
+        """Compare the joints with their commands from the present state on."""
+        self._watch.begin_motion()
+
     def begin(self) -> None:
         """Start new records, and check the tactile sensor of the hand from now on."""
         self.records, self.times, self.forces = [], [], []

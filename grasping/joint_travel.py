@@ -20,6 +20,8 @@ what `LATE` explains."""
 FAR_SHARE, FAR_MARGIN = 1.5, 0.1
 """A joint moves too far if it turns by more than this share of the command and this margin, rad,
 beyond what `LATE` explains."""
+HELD_BACK = 0.05
+"""Angle beyond what `LATE` explains by which a joint that something holds back is behind, rad."""
 WINDOW = 0.6
 """Commanded rotation of a joint after which it is judged anew, rad."""
 
@@ -28,7 +30,7 @@ class JointTravel:
     """Judges each joint of an arm in windows of its commanded rotation.
 
     A late arm is behind at the start of a window and at its end, each time by its speed times its
-    delay. Neither is a fault. After a rest, all windows start anew: a contact that moved
+    delay. Neither is a fault. Each motion starts all windows anew: a contact that moved
     a joint in one motion is no fault of the next.
 
     Parameters
@@ -40,8 +42,15 @@ class JointTravel:
     def __init__(self, q: NDArray[np.float64]) -> None:
         self._start = np.array(q)
         self._commanded, self._start_speed = np.zeros_like(self._start), np.zeros_like(self._start)
-        self._time, self._resting, self._last = 0.0, 0.0, self._start
+        self._time, self._last = 0.0, self._start
+        self.held_back = ""
+        """Which joint something holds back, and how far it is behind; empty if none."""
         self._speeds: deque[tuple[float, NDArray[np.float64]]] = deque()
+
+    def restart(self) -> None:
+        """Start all windows anew, for a new motion."""
+        self._start, self._start_speed = self._last, self._fastest()
+        self._commanded, self.held_back = np.zeros_like(self._start), ""
 
     def check(
         self,
@@ -63,14 +72,14 @@ class JointTravel:
         joints
             Names of the joints.
         """
-        if velocity.any() and self._resting > LATE:
-            self._start, self._start_speed = self._last, np.zeros_like(self._start)
-            self._commanded = np.zeros_like(self._start)
-        self._resting = 0.0 if velocity.any() else self._resting + seconds
         self._last = np.array(q)
         self._commanded = self._commanded + seconds * velocity
         travel, moved = np.abs(self._commanded), q - self._start
-        fastest = self._fastest(np.abs(velocity), seconds)
+        self._time += seconds
+        self._speeds.append((self._time, np.abs(velocity)))
+        while self._speeds[0][0] < self._time - LATE:
+            self._speeds.popleft()
+        fastest = self._fastest()
         slack = LATE * (self._start_speed + fastest)
         back = -moved * np.sign(self._commanded)
         against = (travel > MIN_TRAVEL) & (back > BACK_SHARE * travel + slack)
@@ -88,16 +97,20 @@ class JointTravel:
                 f"joint {joints[k]} moves against its command: {numbers}; "
                 "check the sign, and whether the arm or the hand touches something"
             )
+        behind = np.sign(self._commanded) * (self._commanded - moved) - slack
+        k = int(np.argmax(behind))
+        self.held_back = ""
+        if velocity.any() and behind[k] > HELD_BACK:
+            self.held_back = (
+                f"something holds joint {joints[k]} back: it moved {moved[k]:.2f} of "
+                f"{self._commanded[k]:.2f} rad"
+            )
         done = travel > WINDOW
         self._start = np.where(done, q, self._start)
         self._start_speed = np.where(done, fastest, self._start_speed)
         self._commanded = np.where(done, 0.0, self._commanded)
         return ""
 
-    def _fastest(self, speed: NDArray[np.float64], seconds: float) -> NDArray[np.float64]:
+    def _fastest(self) -> NDArray[np.float64]:
         """Return the greatest commanded speed of each joint within the last `LATE` seconds."""
-        self._time += seconds
-        self._speeds.append((self._time, speed))
-        while self._speeds[0][0] < self._time - LATE:
-            self._speeds.popleft()
-        return np.max([speeds for _, speeds in self._speeds], axis=0)
+        return np.max([speeds for _, speeds in self._speeds], axis=0, initial=0.0)

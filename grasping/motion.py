@@ -26,7 +26,7 @@ MotionEnd = Literal["reached", "stuck", "late", "stopped", "fault"]
 """End of a motion.
 
 - reached: the goal is reached.
-- stuck: the controller finds no way to continue.
+- stuck: the controller finds no way to continue, or something holds the arm back.
 - late: the time limit is over.
 - stopped: the stop condition is met.
 - fault: the robot stopped itself.
@@ -111,6 +111,7 @@ def execute(
     """
     end = cell.reading.time + seconds
     infeasible = 0.0
+    cell.begin_motion()
     still = np.zeros(len(cell.robot.joints))
     start = _SmoothStart(controller, cell.robot.period, ramp_seconds, still)
     with stopped_at_error(cell.robot):
@@ -134,6 +135,8 @@ def execute(
                 result = MotionResult("reached", "")
             elif cycle.status == "stuck" or infeasible > INFEASIBLE_SECONDS:
                 result = MotionResult("stuck", cycle.reason)
+            elif cell.held_back:
+                result = MotionResult("stuck", cell.held_back)
             elif reading.time >= end:
                 errors = ", ".join(f"{error:.3g}" for error in cycle.errors)
                 late = f"not reached after {seconds:g} s: errors {errors} (m or rad)"

@@ -65,6 +65,15 @@ class RobotWatch:
         self._start_q = self._path = np.zeros_like(reading.q)
         self._travel = JointTravel(reading.q)
 
+    def begin_motion(self) -> None:
+        """Compare the joints with their commands from the present state on."""
+        self._travel.restart()
+
+    @property
+    def held_back(self) -> str:
+        """Which joint something holds back; empty if none."""
+        return self._travel.held_back
+
     def step(
         self, robot: Robot, velocity: NDArray[np.float64], command: AnyCommand | None
     ) -> RobotReading:

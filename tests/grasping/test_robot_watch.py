@@ -126,16 +126,37 @@ def test_late_arm_that_reverses_has_no_fault(delay, peak):
     watch = RobotWatch(arm.read())
     for velocity in motions(arm.period, peak, np.random.default_rng(delay)):
         assert not watch.step(arm, np.full(len(arm.joints), velocity), None).fault
+        assert not watch.held_back
 
 
 def test_push_in_a_former_motion_is_no_fault_of_the_next():
-    """A contact holds the joints back by 0.25 rad; after a pause the arm moves back."""
+    """A contact holds the joints back by 0.25 rad; then the arm moves back."""
     arm = Arm(lambda robot, r: replace(r, q=r.q - min(0.25, max(0.0, robot.time - 0.5))))
     watch = RobotWatch(arm.read())
-    for speed, seconds in ((0.5, 1.0), (0.0, 0.1), (-0.5, 1.0)):
+    for speed, seconds in ((0.5, 1.0), (-0.5, 1.0)):
+        watch.begin_motion()
         for _ in range(round(seconds / arm.period)):
             velocity = np.full(len(arm.joints), speed)
             assert not watch.step(arm, velocity, None).fault
+
+
+def test_joint_that_is_held_back_is_named_at_a_small_angle():
+    """Joint 4 meets an obstacle after 0.1 rad; the other joints follow."""
+
+    def blocked(robot, reading):
+        q = reading.q.copy()
+        q[3] = min(q[3], START[3] + 0.1)
+        return replace(reading, q=q)
+
+    arm = Arm(blocked)
+    watch = RobotWatch(arm.read())
+    while not watch.held_back:
+        assert not watch.step(arm, np.full(len(arm.joints), 0.2), None).fault
+    assert (
+        watch.held_back == f"something holds joint {arm.joints[3]} back: it moved 0.10 of 0.16 rad"
+    )
+    watch.begin_motion()
+    assert not watch.held_back
 
 
 def test_arm_moved_by_hand_in_a_pause_has_no_fault():
