@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -11,6 +13,7 @@ from .calibration import Calibration
 from .feature_kernels import SATURATED, VALUE_COUNT, Buffers, read_features
 from .features import ContactFeatures, FeatureOptions, kernel_rule, unpack, with_hough
 from .image import TactileArray, TactileImage
+from .load_memory import FoamMemory, MemoryFilter
 
 
 class FeatureReader:
@@ -28,12 +31,17 @@ class FeatureReader:
         Geometry of the array.
     options
         Detection and description of a contact.
+    memory
+        The foam's memory of earlier loads, from :func:`fit_memory`. The centre of the contact is
+        then that of the image without it. Force and pressure keep it. None: nothing is removed.
+    period
+        Time between two readings, s; needed with a memory.
 
     Raises
     ------
     InputError
-        If calibration and array have different numbers of tactels, or the Hough transform is
-        requested for an array without a grid.
+        If calibration and array have different numbers of tactels, the Hough transform or a memory
+        is requested for an array without a grid, or a memory without a period.
     """
 
     def __init__(
@@ -41,7 +49,13 @@ class FeatureReader:
         calibration: Calibration,
         array: TactileArray,
         options: FeatureOptions | None = None,
+        memory: FoamMemory | None = None,
+        period: float = 0.0,
     ) -> None:
+        if memory is not None and (array.grid is None or not 0.0 < period < np.inf):
+            raise InputError(f"a memory needs an even grid and a period > 0 s, got {period}")
+        self._memory = None if memory is None else MemoryFilter(memory, doubt=0.0)
+        self._period = period
         self._options = options or FeatureOptions()
         count = len(array.positions)
         if len(calibration.rest) != count:
@@ -89,6 +103,12 @@ class FeatureReader:
         if size and self._options.orientation == "hough":
             members = self._buffers.members[:size]
             features = with_hough(features, self.image, members)
+        if self._memory is not None:
+            image = self._memory.correct(self._buffers.pressures, self._period, self.saturated)
+            members = self._buffers.members[:size]
+            if image[members].sum() > 0.0:
+                centre = image[members] @ self._array.positions[members] / image[members].sum()
+                features = replace(features, centre=centre)
         return features
 
     @property

@@ -28,7 +28,14 @@ from eyehand.data_synth.pad import (
     run_bench,
 )
 from eyehand.errors import InputError
-from eyehand.tactile import ContactFeatures, FeatureOptions, FeatureReader, calibrate, world_twist
+from eyehand.tactile import (
+    ContactFeatures,
+    FeatureOptions,
+    FeatureReader,
+    FoamMemory,
+    calibrate,
+    world_twist,
+)
 
 CYCLE = 1.0 / CONTROL_RATE
 """Control period, s."""
@@ -62,6 +69,8 @@ class RigOptions:
     less noise. The 1900 of the real pad take four times as long to simulate."""
     sensor: SensorName = "good"
     """Sensor model of the pads, and of the joints' backlash."""
+    memory: FoamMemory | None = None
+    """Memory of the foam, which is removed from the place of a contact."""
 
     def __post_init__(self) -> None:
         if not (0 <= self.lag < np.inf and self.latency >= 0):
@@ -173,7 +182,9 @@ class ArmRig:
         self.hands: tuple[PadArm, ...] = tuple(
             PadArm(
                 _robot(arm, scene.pad),
-                FeatureReader(calibrate(run_bench(readout, seed=seed)), pad.array, features),
+                FeatureReader(
+                    calibrate(run_bench(readout, seed=seed)), pad.array, features, o.memory, CYCLE
+                ),
                 q,
             )
             for arm, readout, pad, q in zip(

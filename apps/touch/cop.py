@@ -16,6 +16,7 @@ from ..bench.chart_style import BLUE, GREY, INK, LINE, VERMILION, add_legend, la
 from ..bench.experiment import Experiment, ExperimentResult, TrialPlan, result_table
 from .arm_rig import ArmRig, RigOptions, SensorName, home_pose
 from .commissioning import commissioned
+from .press_bench import pressed_memory
 from .servo_run import ServoRun, lasting, run_servo
 from .trial_arguments import TrialArguments, run_trials
 
@@ -185,7 +186,7 @@ def follow_probe(seed: int, sensor: SensorName = "good") -> ProbePath:
     across = np.random.default_rng(seed).uniform(-0.5, 0.5) * PATH_LENGTH
     start = home.apply(np.array([-0.5 * PATH_LENGTH, across, GAP]))
     placed = PlacedObject(probe(), RigidTransform.from_translation(start))
-    options = RigOptions(image_rate=IMAGE_RATE, sensor=sensor)
+    options = RigOptions(image_rate=IMAGE_RATE, sensor=sensor, memory=pressed_memory(sensor))
     rig = ArmRig(pad_scene((placed,)), seed=seed, options=options)
     goal, press = ServoGoal(pressure=PRESSURE), SelectionMatrix(press=True)
     servo = TactileServo(goal, press, commissioned(sensor))

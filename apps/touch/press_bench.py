@@ -30,6 +30,7 @@ from eyehand.tactile import (
 )
 
 from .arm_rig import SensorName
+from .commissioning import SEED
 
 PLATE_DEPTHS = np.geomspace(5e-5, 2.0e-3, 16)
 """Depths of the punch, m: up to 80 % of the range of pressures of the calibration."""
@@ -79,13 +80,13 @@ def pressed_decoder(sensor: SensorName, seed: int, pad: int = 0) -> tuple[PressD
     decoder = fit_decoder(
         bench.pad.array, np.array(plates), PLATE_DEPTHS, np.array(needles), places, NEEDLE_RADIUS
     )
-    loaded = bench.press("plate", (0.0, 0.0), PLATE_DEPTHS[-1])
-    released = bench.images(RELEASE_SECONDS)
-    times = np.arange(1, len(released) + 1) / CONTROL_RATE
-    memory = fit_memory(loaded, released[RELEASE_START:], times[RELEASE_START:])
-    held = bench.hold("plate", (0.0, 0.0), HOLD_DEPTH, HOLD_SECONDS)[RELEASE_START:]
-    times = np.arange(1, len(held) + 1) / CONTROL_RATE
-    return decoder, fit_creep(memory, held, times)
+    return decoder, bench.memory()
+
+
+@lru_cache
+def pressed_memory(sensor: SensorName) -> FoamMemory:
+    """Press a plate with one pad of a sensor model, and fit the memory of its foam."""
+    return _PressBench(sensor, SEED, 0).memory()
 
 
 class _PressBench:
@@ -111,6 +112,16 @@ class _PressBench:
         self._calibration = calibrate(run_bench(readout, seed=seed))
         self._reader = FeatureReader(self._calibration, self.pad.array)
         self._drift = np.zeros(len(self._calibration.rest))
+
+    def memory(self) -> FoamMemory:
+        """Fit the memory from the release of the punch, and from a press that is held."""
+        loaded = self.press("plate", (0.0, 0.0), PLATE_DEPTHS[-1])
+        released = self.images(RELEASE_SECONDS)
+        times = np.arange(1, len(released) + 1) / CONTROL_RATE
+        memory = fit_memory(loaded, released[RELEASE_START:], times[RELEASE_START:])
+        held = self.hold("plate", (0.0, 0.0), HOLD_DEPTH, HOLD_SECONDS)[RELEASE_START:]
+        times = np.arange(1, len(held) + 1) / CONTROL_RATE
+        return fit_creep(memory, held, times)
 
     def press(
         self, tool: str, place: tuple[float, float] | NDArray[np.float64], depth: float

@@ -11,6 +11,7 @@ from eyehand.tactile import (
     ContactFeatures,
     FeatureOptions,
     FeatureReader,
+    FoamMemory,
     TactileArray,
     calibrate,
     contact_features,
@@ -112,6 +113,23 @@ def test_hough_orientation_requires_grid_array():
     pad = SyntheticPad.draw(12)
     with pytest.raises(InputError, match="grid"):
         FeatureReader(calibrate(pad.bench()), TactileArray.fingertip(), options)
+
+
+def test_centre_does_not_trail_behind_a_contact_that_moves_on_foam_with_memory():
+    share, period = 0.1, 0.004
+    reader = FeatureReader(CALIBRATION, ARRAY, memory=FoamMemory(share, 2.0), period=period)
+    plain = FeatureReader(CALIBRATION, ARRAY)
+    rng, load, trailing, errors = np.random.default_rng(0), np.zeros(256), [], []
+    for x in np.linspace(-0.01, 0.01, 200):
+        true = imprint(x, long=0.006)
+        load = np.maximum(load + (true - load) * (1.0 - np.exp(-period / 2.0)), true)
+        raw = PAD.raw((1.0 - share) * true + share * load, rng)
+        trailing.append(plain.read(raw).centre[0] - x)
+        errors.append(reader.read(raw).centre[0] - x)
+    assert np.mean(trailing[100:]) < -4e-4
+    assert abs(np.mean(errors[100:])) < 0.2 * abs(np.mean(trailing[100:]))
+    with pytest.raises(InputError, match="period > 0"):
+        FeatureReader(CALIBRATION, ARRAY, memory=FoamMemory(share, 2.0))
 
 
 def test_reader_rejects_mismatched_readings_and_arrays():
