@@ -34,8 +34,7 @@ KindChoice = Literal["auto"] | Kind
 MAX_NOISE_MM = 100.0
 """Maximum noise, mm."""
 MAX_BEYOND = 0.01
-"""Distance beyond a mesh at which the size of a solid counts as wrong, m. A mesh has no unseen
-side."""
+"""Distance beyond a mesh, or before its end, from which the size of a solid is wrong, m."""
 
 
 def fit_command(
@@ -65,7 +64,8 @@ def fit_command(
     ----------
     clouds
         Point clouds (.ply, .pcd, .npz, .xyz, .txt, .csv) or meshes (.obj, .stl) in metres, or depth
-        frames (.png, .npz, organised .pcd or .ply) with --label.
+        frames (.png, .npz, organised .pcd or .ply) with --label. A solid ends where a closed mesh
+        ends.
     label
         Label of an object in the segmentation of a depth frame. It may be repeated. Camera and
         support plane come from the frame. 0 takes all readings as one cloud.
@@ -196,7 +196,7 @@ def _serve(fits: Sequence[FittedCloud], port: int) -> None:
 
 def _row(fitted: FittedCloud) -> dict[str, Any]:
     fit = fitted.fit
-    report = fit_json(fit)
+    report, beyond = fit_json(fit), fitted.beyond_mesh
     return {
         "name": fitted.cloud.name,
         "converged": fit.converged,
@@ -204,6 +204,7 @@ def _row(fitted: FittedCloud) -> dict[str, Any]:
         "spread_mm": None if report["spread_m"] is None else round(fit.spread * 1e3, 3),
         "fit_ms": round(fit.seconds * 1e3, 2),
         **{key: report[key] for key in _ROW_KEYS},
+        "beyond_mesh_mm": None if beyond is None else round(1e3 * beyond, 1),
         "runner_up": None if report["runner_up"] is None else report["runner_up"]["kind"],
     }
 
@@ -260,23 +261,14 @@ def _note(fitted: FittedCloud) -> str:
         notes.append("width uncertain")
     if fit.uncertainty is not None and fit.uncertainty.unobserved:
         notes.append(f"not seen: {' '.join(fit.uncertainty.unobserved)}")
-    beyond = _reach_beyond_mesh(fitted)
-    if beyond > MAX_BEYOND:
-        notes.append(f"wrong size: reaches {1e3 * beyond:.0f} mm beyond the mesh")
+    beyond = fitted.beyond_mesh
+    if beyond is not None and abs(beyond) > MAX_BEYOND:
+        end = "reaches {:.0f} mm beyond" if beyond > 0.0 else "ends {:.0f} mm before"
+        notes.append(f"wrong size: {end.format(1e3 * abs(beyond))} the mesh")
     solid = fit.superquadric
     if solid is not None and any(solid.taper):
         notes.append("taper " + " ".join(f"{k:.2f}" for k in solid.taper))
     return "; ".join(notes)
-
-
-def _reach_beyond_mesh(fitted: FittedCloud) -> float:
-    """Return how far the solids reach beyond a mesh along their axes, m; 0 for other inputs."""
-    solid = fitted.fit.superquadric
-    if solid is None or Path(fitted.cloud.name).suffix.lower() not in (".obj", ".stl"):
-        return 0.0
-    axes = np.vstack([solid.rotation.T, -solid.rotation.T])
-    reach = np.max([part.support(axes) for part in fit_parts(fitted.fit)], axis=0)
-    return float(np.max(reach - (fitted.cloud.points @ axes.T).max(axis=0)))
 
 
 @dataclass(frozen=True)

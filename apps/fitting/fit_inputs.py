@@ -23,13 +23,17 @@ from eyehand.perception import (
 from eyehand.perception.io import (
     CLOUD_SUFFIXES,
     FRAME_SUFFIXES,
+    MESH_SUFFIXES,
+    is_closed,
     is_organised_cloud,
     read_arrays,
     read_cloud,
+    read_mesh,
 )
 
 from ..frame_masks import FrameMasks
 from ..perceived_frame import check_usable
+from ..scene_json import fit_parts
 
 WHOLE = 0
 """Label for all readings of a frame as one cloud."""
@@ -53,6 +57,10 @@ class Cloud:
     """Camera position in the frame of the points, (3,), m."""
     support_plane: NDArray[np.float64] | None = None
     """Unit normal and offset of the support plane, (4,)."""
+    mesh: bool = False
+    """Whether the points are samples of a mesh."""
+    whole: bool = False
+    """Whether they show the object from all sides."""
 
 
 @dataclass(frozen=True)
@@ -63,6 +71,20 @@ class FittedCloud:
     """The fitted cloud."""
     fit: SuperquadricFit
     """The fit. Its truth value is False when it must not be used; `reason` says why."""
+
+    @property
+    def beyond_mesh(self) -> float | None:
+        """The largest distance by which the solids reach beyond the mesh along their axes, m.
+
+        It is negative where they end before the mesh, and None for other inputs.
+        """
+        solid = self.fit.superquadric
+        if solid is None or not self.cloud.mesh:
+            return None
+        axes = np.vstack([solid.rotation.T, -solid.rotation.T])
+        reach = np.max([part.support(axes) for part in fit_parts(self.fit)], axis=0)
+        beyond = reach - (self.cloud.points @ axes.T).max(axis=0)
+        return float(beyond[np.argmax(np.abs(beyond))])
 
 
 @dataclass(frozen=True)
@@ -83,6 +105,7 @@ class CloudInput:
             self.cloud.points,
             view_origin=self.cloud.view_origin,
             support_plane=self.cloud.support_plane,
+            whole=self.cloud.whole,
             options=options,
         )
         return [FittedCloud(self.cloud, fit)]
@@ -208,7 +231,11 @@ def _cloud_input(
     for option, value in (("--label", labels), ("--camera", camera), ("a mask", masks)):
         if value:
             raise InputError(f"{option} is for depth frames, but {path} is one cloud")
-    return CloudInput(Cloud(str(path), path.stem, read_cloud(path), origin, plane))
+    points, mesh, whole = read_cloud(path), False, False
+    if path.suffix.lower() in MESH_SUFFIXES:
+        vertices, triangles = read_mesh(path)
+        mesh, whole = len(triangles) > 0, is_closed(vertices, triangles)
+    return CloudInput(Cloud(str(path), path.stem, points, origin, plane, mesh, whole))
 
 
 def _frame_input(

@@ -64,7 +64,7 @@ def write_files(folder: Path, files: dict[str, bytes]) -> None:
 
 
 def _source(fitted: FittedCloud) -> dict[str, object]:
-    cloud = fitted.cloud
+    cloud, beyond = fitted.cloud, fitted.beyond_mesh
     origin, plane = (
         None if values is None else [round(float(x), 6) for x in values]
         for values in (cloud.view_origin, cloud.support_plane)
@@ -74,6 +74,7 @@ def _source(fitted: FittedCloud) -> dict[str, object]:
         "points": len(cloud.points),
         "view_origin_m": origin,
         "support_plane": plane and {"normal": plane[:3], "offset_m": plane[3]},
+        "beyond_mesh_m": None if beyond is None else round(beyond, 5),
     }
 
 

@@ -18,7 +18,7 @@ from .intrinsics import (
     read_intrinsics,
     write_intrinsics,
 )
-from .mesh import read_mesh, sample_triangles
+from .mesh import MESH_SUFFIXES, is_closed, read_mesh, sample_triangles
 from .npz import read_arrays
 from .png import decode_colour, decode_depth, decode_mask, write_png
 from .point_cloud import CLOUD_SUFFIXES, is_organised_cloud, read_cloud, write_cloud
@@ -27,6 +27,7 @@ from .pose_json import number_from_json, numbers_from_json, pose_from_json, pose
 __all__ = [
     "CLOUD_SUFFIXES",
     "FRAME_SUFFIXES",
+    "MESH_SUFFIXES",
     "MM_PER_M",
     "CameraFile",
     "atomic_write",
@@ -35,6 +36,7 @@ __all__ = [
     "decode_mask",
     "find_camera_file",
     "intrinsics_from_matrix",
+    "is_closed",
     "is_organised_cloud",
     "metres_from_units",
     "naming",

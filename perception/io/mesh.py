@@ -17,6 +17,11 @@ from .ply import read_ply_faces
 MESH_SUFFIXES = (".obj", ".stl", ".ply")
 """File formats of `read_mesh`."""
 
+MAX_OPENING = 0.3
+"""Maximum length of the sum of a surface's area vectors, as a share of its area. It is 0 for a
+closed surface, up to 0.2 for a box or can without its bottom, and from 0.5 for what one view shows
+of a box or a ball."""
+
 STL_HEADER_BYTES = 84
 """Size of a binary STL's header: 80 bytes of text and the number of triangles."""
 
@@ -70,6 +75,17 @@ def read_mesh(path: Path | str) -> tuple[NDArray[np.float64], NDArray[np.int64]]
                 f"expected 0 to {len(vertices) - 1}"
             )
     return vertices.astype(np.float64), triangles
+
+
+def is_closed(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> bool:
+    """Return whether triangles (T, 3) over vertices (V, 3) show an object from all sides.
+
+    The area vectors of a closed surface sum to 0 (Gauss's theorem) if its triangles have one order.
+    """
+    a, b, c = (vertices[triangles[:, corner]] for corner in range(3))
+    areas = 0.5 * np.cross(b - a, c - a)
+    whole = float(np.linalg.norm(areas, axis=1).sum())
+    return 0.0 < whole < np.inf and float(np.linalg.norm(areas.sum(axis=0))) <= MAX_OPENING * whole
 
 
 def sample_surface(path: Path | str, samples: int, seed: int) -> NDArray[np.float64]:

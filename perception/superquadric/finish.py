@@ -14,7 +14,7 @@ from .levenberg_marquardt import levenberg_marquardt
 from .model_selection import CandidateModel, criterion
 from .options import FitOptions
 from .parameters import ShapeParameters
-from .problem import FitProblem, parameter_bounds
+from .problem import DIRECTIONS, FitProblem, parameter_bounds
 from .result import AMBIGUOUS_MARGIN, SHAPE_TOLERANCE, CandidateSolid, SuperquadricFit
 from .robust import robust_spread
 from .shape import Superquadric
@@ -25,9 +25,6 @@ SPREAD_POINTS = 300
 """Points from which the spread of the candidates is computed."""
 MAX_ITERATIONS = 60
 """Steps of the last descent of the selected solid."""
-_GRID = np.array([d for d in np.ndindex(3, 3, 3) if d != (1, 1, 1)], dtype=np.float64) - 1.0
-DIRECTIONS = _GRID / np.linalg.norm(_GRID, axis=1, keepdims=True)
-"""Directions in which extents are compared: along the axes and between them, (26, 3)."""
 
 
 class FinishFit(Protocol):

@@ -63,6 +63,7 @@ def fit_superquadric(
     view_origin: ArrayLike | None = None,
     support_plane: ArrayLike | None = None,
     free_space: FreeSpace | None = None,
+    whole: bool = False,
     options: FitOptions | None = None,
 ) -> SuperquadricFit:
     """Fit a superquadric, as simple as the points allow, to the cloud of one object.
@@ -83,6 +84,9 @@ def fit_superquadric(
         :func:`perception.view_free_space`. With it the fit rejects a solid that fills this space,
         and ignores the outline where a nearer object or the image border hides the object. Its
         origin replaces `view_origin`.
+    whole
+        Whether the points lie on all sides of the object, as samples of a closed mesh do. Then the
+        solid ends where they end. Otherwise it continues where nothing was seen.
     options
         Trade-offs of the fit; see :class:`FitOptions`.
 
@@ -114,7 +118,7 @@ def fit_superquadric(
     reason = check_extent(filtered.points, origin, plane, options)
     if reason:
         return SuperquadricFit.rejected(reason, time.perf_counter() - start)
-    observation = Observation(filtered, origin, plane, free_space)
+    observation = Observation(filtered, origin, plane, free_space, whole)
     fit = _fit_one_solid(observation, options)
     opened = None
     shares = _wrong_pixels(fit, free_space, options)

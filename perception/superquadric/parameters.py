@@ -55,7 +55,7 @@ class CostTerms(NamedTuple):
     """Scale of the Cauchy loss of the gap between solid and plane."""
     outline: NDArray[np.float64] = np.zeros((0, 4))
     """(J, 4) inward unit normals and offsets of planes that the solid must touch from inside: each
-    contains `view_origin` and touches the outline. J may be 0."""
+    contains `view_origin` and touches the outline, or touches a whole cloud. J may be 0."""
     outline_weight: float = 0.0
     """Weight of these planes against the mean squared point residual."""
 

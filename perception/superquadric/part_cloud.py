@@ -18,12 +18,14 @@ from .parameters import ShapeParameters
 from .part_kernels import hides_places
 from .part_outline import DIRECTIONS, outline_planes
 from .problem import (
+    OUTLINE_WEIGHT,
     SILHOUETTE_PIXELS,
     FitProblem,
     Observation,
     build_problem,
     point_prior,
     sort_by_radius,
+    tangent_planes,
 )
 from .robust import robust_square, robust_squares
 from .shape import Superquadric
@@ -45,11 +47,10 @@ HIDDEN_SHARES = np.linspace(0.15, 0.95, 6)
 """Places between the middle of a part and the plane that must be hidden, as shares of the way."""
 SIMILAR_SD = 0.2
 """Prior standard deviation of the log ratio of the two smaller semi-axes of a part."""
-OUTLINE_WEIGHT = 0.5
-"""Weight of a complete outline of an image against the mean squared point residual."""
 SCATTERED_WEIGHT, LAST_SCATTERED_WEIGHT = 0.2, 0.02
-"""The same for scattered points in the search and in the last fit. Their noise has a part across
-the rays: a full weight makes spheres 0.6 mm too large and boxes with a margin 0.5 mm too small."""
+"""Weight in place of OUTLINE_WEIGHT for scattered points in the search and in the last fit. Their
+noise has a part across the rays: a full weight makes spheres 0.6 mm too large and boxes with a
+margin 0.5 mm too small."""
 SCATTERED_MARGIN = -0.3
 """Margin of the outline of scattered points, in multiples of the noise: the outermost points lie
 outside the object."""
@@ -100,6 +101,8 @@ class PartCloud:
     """Distance in the image beyond which points are no neighbours."""
     noise: float
     """Expected noise, scaled."""
+    whole: bool
+    """Whether the points show the object from all sides."""
 
     def part_problem(self, mask: NDArray[np.bool_], count: int) -> FitProblem:
         """Return the problem of a part.
@@ -118,8 +121,9 @@ class PartCloud:
         outline = self._outline(mask)
         offsets = cloud - np.ones(len(cloud)) @ cloud / len(cloud)
         radius = float(np.sqrt(np.einsum("ij,ij->i", offsets, offsets).max()))
+        complete = len(outline) if self.whole else DIRECTIONS
         outline_weight = OUTLINE_WEIGHT
-        if not self.on_grid:
+        if not self.on_grid and not self.whole:
             searching = count <= len(self.points)
             outline_weight = SCATTERED_WEIGHT if searching else LAST_SCATTERED_WEIGHT
         plane_weight, plane_scale = self._contact(mask)
@@ -133,7 +137,7 @@ class PartCloud:
                 plane_weight=plane_weight,
                 plane_scale=plane_scale,
                 outline=outline,
-                outline_weight=outline_weight * len(outline) / DIRECTIONS,
+                outline_weight=outline_weight * len(outline) / complete,
             ),
             prior=point_prior(self.noise, radius, SIMILAR_SD),
         )
@@ -163,6 +167,8 @@ class PartCloud:
 
     def _outline(self, mask: NDArray[np.bool_]) -> NDArray[np.float64]:
         """Return the planes (J, 4) that touch the outline of the part with points in a mask."""
+        if self.whole:
+            return tangent_planes(self.points[mask])
         if self.image is None or self.frame is None:
             return np.zeros((0, 4))
         return outline_planes(
@@ -241,6 +247,7 @@ def prepare_part_cloud(observation: Observation, options: FitOptions) -> PartClo
         on_grid=observation.cloud.on_grid,
         clearance=clearance,
         noise=options.noise / problem.unit,
+        whole=observation.whole,
     )
 
 

@@ -41,6 +41,12 @@ TAPER_SD = 0.3
 _PRIOR_MEAN = np.array([0.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0])
 _PRIOR_VARIANCES = np.repeat([LOG_AXIS_SD, EXPONENT_SD, TAPER_SD], [3, 2, 2]) ** 2
 _CEILING_VARIANCES = np.repeat([UNSEEN_LOG_AXIS_SD**2, np.inf], [3, 4])
+OUTLINE_WEIGHT = 0.5
+"""Weight of a complete outline, or of the planes around a whole object, against the mean squared
+point residual."""
+_GRID = np.array([d for d in np.ndindex(3, 3, 3) if d != (1, 1, 1)], dtype=np.float64) - 1.0
+DIRECTIONS = _GRID / np.linalg.norm(_GRID, axis=1, keepdims=True)
+"""Directions in which extents are compared: along the axes and between them, (26, 3)."""
 INITIAL_SAMPLES = 100.0
 """Effective samples in a depth image of a hand-sized object, until residuals give an estimate."""
 
@@ -55,6 +61,8 @@ class Observation(NamedTuple):
     """(4,) unit normal and offset of the support plane, m."""
     free_space: FreeSpace | None = None
     """The space around the object that the view shows to be empty."""
+    whole: bool = False
+    """Whether the points show the object from all sides, so that it ends where they end."""
 
 
 @dataclass(frozen=True)
@@ -92,7 +100,7 @@ class FitProblem:
 
 def build_problem(observation: Observation, options: FitOptions) -> FitProblem:
     """Centre, scale and thin a cloud in m, and set up the rays, the plane and the priors."""
-    cloud, view_origin, plane, free_space = observation
+    cloud, view_origin, plane, free_space, whole = observation
     points = cloud.points
     centre = points.mean(axis=0)
     square_radii = np.sum((points - centre) ** 2, axis=1)
@@ -113,6 +121,7 @@ def build_problem(observation: Observation, options: FitOptions) -> FitProblem:
     scaled_plane = np.array([0.0, 0.0, 1.0, 0.0])
     if plane is not None:
         scaled_plane = np.append(plane[:3], (plane[3] + plane[:3] @ centre) / unit)
+    outline = tangent_planes((points - centre) / unit) if whole else np.zeros((0, 4))
     return FitProblem(
         terms=CostTerms(
             points=(points[chosen] - centre) / unit,
@@ -125,11 +134,18 @@ def build_problem(observation: Observation, options: FitOptions) -> FitProblem:
             ray_pull=SILHOUETTE_PULL if cloud.on_grid else 0.0,
             plane_weight=options.plane_weight if plane is not None else 0.0,
             plane_scale=options.plane_scale / unit,
+            outline=outline,
+            outline_weight=OUTLINE_WEIGHT if whole else 0.0,
         ),
         prior=point_prior(options.noise / unit, float(np.sqrt(square_radii.max())) / unit),
         centre=centre,
         unit=unit,
     )
+
+
+def tangent_planes(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the planes (26, 4) around points (N, 3), with inward normals and offsets."""
+    return np.column_stack([-DIRECTIONS, (points @ DIRECTIONS.T).max(axis=0)])
 
 
 def parameter_bounds(kind: Kind, problem: FitProblem, options: FitOptions) -> NDArray[np.float64]:

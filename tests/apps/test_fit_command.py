@@ -102,20 +102,28 @@ def test_mesh_has_the_requested_format(ball, tmp_path, capsys, form):
     assert np.linalg.norm(surface - [0, 0, 0.04], axis=1) == pytest.approx(0.04, abs=5e-4)
 
 
-@pytest.mark.parametrize(("rings", "wrong"), [(16, False), (8, True)])
-def test_solid_that_reaches_beyond_a_mesh_has_the_wrong_size(rings, wrong, tmp_path, capsys):
-    """A ball of 16 rings of triangles, and the lower half of it."""
+@pytest.mark.parametrize(
+    ("radii", "rings", "wrong"), [([0.05], 16, False), ([0.05], 8, True), ([0.05, 0.047], 8, False)]
+)
+def test_solid_ends_where_a_closed_mesh_ends(radii, rings, wrong, tmp_path, capsys):
+    """A ball of 16 rings of triangles, its lower half as an open mesh, and as a bowl."""
     tilt, turn = np.meshgrid(np.pi * np.arange(17) / 16, 2 * np.pi * np.arange(24) / 24)
     ball = [np.sin(tilt) * np.cos(turn), np.sin(tilt) * np.sin(turn), -np.cos(tilt)]
-    corners = 0.05 * np.stack(ball, -1).transpose(1, 0, 2).reshape(-1, 3)
-    lines = [f"v {x} {y} {z}" for x, y, z in corners]
+    corners = np.stack(ball, -1).transpose(1, 0, 2).reshape(-1, 3)
+    lines = [f"v {x} {y} {z}" for radius in radii for x, y, z in radius * corners]
     for k in range(24 * rings):
         a, b = k + 1, k + 1 - k % 24 + (k + 1) % 24
-        lines += [f"f {a} {b} {b + 24}", f"f {a} {b + 24} {a + 24}"]
+        for first, second in ((b, b + 24), (b + 24, a + 24)):
+            lines.append(f"f {a} {first} {second}")
+            if len(radii) > 1:
+                lines.append(f"f {a + 408} {second + 408} {first + 408}")
     file = tmp_path / "ball.obj"
     file.write_text("\n".join(lines))
-    _, out, _ = run(file, "--kind", "sphere", "--max-parts", 1, capsys=capsys)
-    assert ("wrong size" in out) == wrong, out
+    kind = ("--kind", "sphere") if len(radii) == 1 else ()
+    _, out, table = run(file, *kind, "--max-parts", 1, "--json", capsys=capsys)
+    (row,) = json.loads(out)["rows"]
+    assert ("wrong size" in table) == wrong, table
+    assert (row["beyond_mesh_mm"] > 10.0) == wrong
 
 
 def test_density_sets_the_mass(ball, tmp_path, capsys):

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from eyehand.errors import InputError
-from eyehand.perception.io.mesh import sample_surface
+from eyehand.perception.io.mesh import is_closed, read_mesh, sample_surface
 
 DATA = Path(__file__).parents[3] / ".." / "shared" / "data"
 
@@ -59,6 +59,18 @@ def test_cube_faces_are_sampled_evenly(tmp_path: Path) -> None:
     assert sum(sides) == 6000
     # 1000 each, standard deviation 29.
     assert np.ptp(sides) < 6 * 29
+
+
+def test_closed_surface_may_lack_its_bottom_but_not_half_its_sides(tmp_path: Path) -> None:
+    (tmp_path / "a.obj").write_bytes(CUBE)
+    corners, triangles = read_mesh(tmp_path / "a.obj")
+    a, b, c = (corners[triangles[:, k]] - 0.5 for k in range(3))
+    inwards = np.einsum("ij,ij->i", np.cross(b - a, c - a), a) < 0
+    triangles[inwards] = triangles[inwards][:, ::-1]
+    assert is_closed(corners, triangles)
+    assert is_closed(corners, triangles[2:])
+    assert not is_closed(corners, triangles[corners[triangles].min(axis=1).max(axis=1) == 0.0])
+    assert not is_closed(corners, triangles[:0])
 
 
 def test_samples_are_proportional_to_area(tmp_path: Path) -> None:

@@ -92,6 +92,19 @@ def test_refinement_lowers_criterion(monkeypatch):
     assert fine.candidates[0].criterion < rough.candidates[0].criterion
 
 
+def test_solid_of_a_whole_bowl_ends_at_its_rim():
+    rng = np.random.default_rng(5)
+    shell = rng.normal(size=(3000, 3))
+    shell *= (rng.choice([0.077, 0.08], 3000) / np.linalg.norm(shell, axis=1))[:, None]
+    bowl = shell[shell[:, 2] < -0.03]
+    tall = fit_superquadric(bowl)
+    flat = fit_superquadric(bowl, whole=True)
+    assert flat.superquadric is not None
+    assert tall.superquadric is not None
+    assert flat.superquadric.support([0.0, 0.0, 1.0]) == pytest.approx(-0.03, abs=0.004)
+    assert tall.superquadric.support([0.0, 0.0, 1.0]) > 0.0
+
+
 def test_outliers_do_not_change_solid():
     rng = np.random.default_rng(7)
     solid = Superquadric(np.array([0.03, 0.05, 0.08]), (0.3, 0.8), RigidTransform.identity())
