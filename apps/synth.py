@@ -36,6 +36,7 @@ from eyehand.data_synth.scenes import (
 from eyehand.errors import InputError
 
 from .console import print_json, say, show
+from .run_folder import claim_folder
 
 OBJECTS = 5
 """Default number of objects on a plain table."""
@@ -94,6 +95,7 @@ def synth(
     """
     if not noise_scale >= 0:
         raise InputError(f"--noise-scale must be >= 0, got {noise_scale}")
+    claim_folder(out)
     began = time.perf_counter()
     if family in COUNT_RANGES:
         options = _furnished_options(family, objects, meshes, mesh_share)

@@ -228,7 +228,7 @@ def _check_depth_values(depth: NDArray[np.floating]) -> None:
     if median > MAX_PLAUSIBLE_DEPTH_M:
         raise InputError(
             f"median depth is {median:.0f} m: it looks like millimetres given as metres, "
-            "multiply by 0.001"
+            "multiply by 0.001 (centimetres by 0.01)"
         )
     nearest, farthest = float(readings.min()), float(readings.max())
     if nearest < MIN_READING_M or farthest > MAX_READING_M:

@@ -196,9 +196,10 @@ class ParallelHand:
                 f"hand {self.name}: unknown senses {', '.join(unknown)}; valid are "
                 f"{', '.join(SENSES)}"
             )
-        if not abs(self.mount_distance) < 1.0:
+        if not 0.0 <= self.mount_distance < 1.0:
             raise InputError(
-                f"hand {self.name}: mount_distance must be below 1 m, got {self.mount_distance}"
+                f"hand {self.name}: mount_distance must be >= 0 and below 1 m, got "
+                f"{self.mount_distance}"
             )
         self._check_boxes()
 

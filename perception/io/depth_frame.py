@@ -134,7 +134,8 @@ def _checked_suffix(path: Path) -> str:
     if suffix not in FRAME_SUFFIXES:
         raise InputError(
             f"{path}: suffix {path.suffix!r} is no frame format, expected one of "
-            f"{', '.join(FRAME_SUFFIXES)} (.npz with `depth` and `K`)"
+            f"{', '.join(FRAME_SUFFIXES)} (.npz with `depth` and `K`, as from "
+            "np.savez(path, depth=depth_m, K=K))"
         )
     return suffix
 
@@ -188,6 +189,8 @@ def _colour_beside(
         if not declared:
             return None
         named = path.with_name(declared)
+        if not is_file(named):
+            raise InputError(f"{named}: no such file, but `colour` of the camera file names it")
         data = read_bytes(named)
         with naming(named):
             colour = decode_colour(data)

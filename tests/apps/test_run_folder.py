@@ -51,9 +51,10 @@ def test_second_run_into_one_folder_is_refused_until_the_first_is_gone(held):
     assert list(folder.iterdir()) == []
 
 
-def test_command_is_refused_in_one_line(held, capsys):
+@pytest.mark.parametrize("command", [["perceive", str(SAMPLE)], ["synth"]])
+def test_command_is_refused_in_one_line(held, capsys, command):
     with pytest.raises(SystemExit) as exit_info:
-        main(["perceive", str(SAMPLE), "--out", str(held[0])])
+        main([*command, "--out", str(held[0])])
     err = capsys.readouterr().err
     assert exit_info.value.code == 2
     assert err.startswith("eyehand: another run writes to ")

@@ -74,18 +74,21 @@ def pinch_motion(
     shapes = HandShapes(posing, palm, branches)
     pairs = [_pair(links, branches, names)] if names else _thumb_pairs(shapes, branches)
     found: list[tuple[float, JawMotion, str]] = []
+    why = "no posture within the joint ranges brings the fingertips together along one line"
     for one, other in pairs:
         fingers = _finger(shapes, one), _finger(shapes, other)
         pinched = _pinch_path(posing, shapes, fingers, branches)
         if pinched is None:
             continue
         motion = _as_jaws(shapes, fingers, *pinched, branches)
+        why = "their tips meet, but have no flat pads that face each other"
         try:
             least, most, _ = opposed_pads(motion)
         except InputError:
             continue
         if most - least < MIN_PAD_WIDTH:
             continue
+        why = f"their tips meet less than {1e3 * MIN_FREE:.0f} mm in front of the other parts"
         low, high, _ = motion.pad_extent(0, 0)
         free = float(motion.tips[0]) - between_jaws(motion, 0, low, high)
         if free >= MIN_FREE or names:
@@ -96,8 +99,8 @@ def pinch_motion(
         known = ", ".join(links.name(branch[0]) for branch in branches)
         raise InputError(
             f"no gripper is found: of the fingers {known}, {pair} cannot oppose each other by "
-            f"{1e3 * MIN_PINCH_STROKE:.0f} mm in front of the palm; --pinch BODY BODY names the "
-            "fingers"
+            f"{1e3 * MIN_PINCH_STROKE:.0f} mm in front of the palm: {why}; --pinch BODY BODY names "
+            "the fingers"
         )
     _, motion, pair = max(found, key=lambda one: one[0])
     return motion, pair

@@ -44,7 +44,8 @@ def test_unknown_name_lists_the_valid_ones():
         ({"force": [70, 10]}, "force must be a range"),
         ({"senses": ["smell"]}, "unknown senses smell"),
         ({"min_opening": 0.2}, "min_opening"),
-        ({"mount_distance": 140}, "mount_distance must be below 1 m, got 140"),
+        ({"mount_distance": 140}, "mount_distance must be >= 0 and below 1 m, got 140"),
+        ({"mount_distance": -0.1}, "mount_distance must be >= 0 and below 1 m, got -0.1"),
         ({"pad_height": 0.09}, "pad_height must be at most 0.05"),
         ({"palm_boxes": [{"low": [0, 0, 0.05], "high": [1, 1, 0.1]}]}, "end at 0.1000 m"),
         (

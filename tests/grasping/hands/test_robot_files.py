@@ -208,6 +208,33 @@ def test_arm_without_gripper_is_said_to_be_one(tmp_path, joint, message):
         describe_hand(path)
 
 
+@pytest.mark.parametrize(
+    ("fold", "width", "message"),
+    [
+        ("0 1.2", 0.009, "no posture within the joint ranges"),
+        ("-1.2 1.2", 0.001, "no flat pads that face each other"),
+    ],
+)
+def test_fingers_that_do_not_pinch_are_refused_with_the_reason(tmp_path, fold, width, message):
+    finger = (
+        '<body name="{0}" pos="{1} 0 .03"><geom type="box" size=".008 .009 .025" pos="0 0 .025"/>'
+        '<joint name="{0}1" axis="0 {2} 0" range="-.3 1.2"/>'
+        '<body name="{0}_tip" pos="0 0 .05"><joint name="{0}2" axis="0 {2} 0" range="{3}"/>'
+        '<geom type="box" size=".007 {4} .02" pos="0 0 .02"/></body></body>'
+    )
+    path = tmp_path / "hand.xml"
+    fingers = "".join(
+        finger.format(name, x, side, fold, width)
+        for name, x, side in (("thumb", -0.05, 1), ("left", 0.05, -1), ("right", 0.05, -1))
+    )
+    path.write_text(
+        '<mujoco><compiler angle="radian"/><worldbody><body name="palm">'
+        f'<geom type="box" size=".05 .04 .03"/>{fingers}</body></worldbody></mujoco>'
+    )
+    with pytest.raises(InputError, match=f"no gripper is found: .*{message}"):
+        describe_hand(path)
+
+
 def test_pads_that_pass_beside_each_other_are_reported(tmp_path):
     jaw = (
         '<body name="{side}" pos="{x} 0 0"><joint type="slide" axis="{x} 0 0" range="0 .03"/>'

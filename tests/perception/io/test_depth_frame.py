@@ -156,6 +156,14 @@ def test_colour_image_beside_depth_is_read_as_rgb(tmp_path: Path, name: str) -> 
     assert colour[0, 0].tolist() == [10, 20, 30]
 
 
+def test_missing_colour_image_is_reported_with_the_key_that_names_it(tmp_path: Path) -> None:
+    frame = DepthFrame((RAMP / 1000).astype(np.float32), K, colour=np.ones((12, 16, 3), np.uint8))
+    write_frame(tmp_path / "a.png", frame)
+    (tmp_path / "a_colour.png").unlink()
+    with pytest.raises(InputError, match=r"a_colour\.png: no such file, but `colour` of the cam"):
+        read_frame(tmp_path / "a.png")
+
+
 def test_colour_image_of_other_size_is_ignored_with_a_warning(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
@@ -218,7 +226,7 @@ def test_invalid_frame_files_are_rejected(tmp_path: Path) -> None:
             "a.tiff",
             whole,
             None,
-            r"a\.tiff: suffix '\.tiff' is no frame format, .*npz with `depth` and `K`",
+            r"a\.tiff: suffix '\.tiff' is no frame format, .*as from np\.savez\(path, depth=",
         ),
         ("a", whole, None, r"suffix '' is no frame format, expected one of \.png, \.npz, \.pcd"),
         ("a.png", whole[:-20], None, r"a\.png: the PNG file is truncated"),
