@@ -3,6 +3,8 @@
 Equation numbers refer to Haschke's chapter.
 """
 
+from eyehand.errors import describe_fields
+
 from .approach import ApproachController
 from .collision_world import CollisionWorld
 from .control_step import ControlStep
@@ -54,3 +56,5 @@ __all__ = [
     "solve_stack",
     "visual_gaps",
 ]
+
+describe_fields(*map(globals().get, __all__))

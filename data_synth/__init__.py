@@ -6,6 +6,8 @@ Each subpackage offers its public names: `scenes` (objects on a table, reaching 
 used are here as well.
 """
 
+from eyehand.errors import describe_fields
+
 from .arms import LBR_ARM, PLANAR_ARM, TOOL_SITE, ReachingArm
 from .mujoco_import import import_mujoco
 from .render import (
@@ -64,3 +66,5 @@ __all__ = [
     "render_scene",
     "write_scene",
 ]
+
+describe_fields(*map(globals().get, __all__))

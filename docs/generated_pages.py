@@ -11,6 +11,8 @@ import textwrap
 from pathlib import Path
 from typing import Any
 
+from eyehand.errors.field_docs import HEADING
+
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGES = (
     "perception",
@@ -253,7 +255,8 @@ def examples_page() -> str:
 
 
 def _docstring(value: Any) -> str:
-    return inspect.getdoc(value) or ""
+    # The fields stand in the table of members.
+    return (inspect.getdoc(value) or "").partition(f"\n\n{HEADING}\n")[0]
 
 
 def _signature(name: str, value: Any) -> str:

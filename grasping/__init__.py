@@ -7,6 +7,8 @@ The names that load the control package with its physics engine are imported on 
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from eyehand.errors import describe_fields
+
 from .hands import (
     GripOptions,
     HandCommand,
@@ -129,8 +131,13 @@ _LAZY = {
 def __getattr__(name: str) -> Any:
     if name not in _LAZY:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(f".{_LAZY[name]}", __name__), name)
+    value = getattr(import_module(f".{_LAZY[name]}", __name__), name)
+    describe_fields(value)
+    return value
 
 
 def __dir__() -> list[str]:
     return sorted({*globals(), *__all__})
+
+
+describe_fields(*map(globals().get, __all__))

@@ -9,6 +9,8 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING
 
+from eyehand.errors import describe_fields
+
 if TYPE_CHECKING:
     from .frame import CameraIntrinsics, DepthFrame
     from .io import (
@@ -106,5 +108,6 @@ def __getattr__(name: str) -> object:
         for module in _MODULES:
             members = vars(import_module(f".{module}", __name__))
             if name in members:
+                describe_fields(members[name])
                 return globals().setdefault(name, members[name])
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

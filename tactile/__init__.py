@@ -10,6 +10,8 @@ external twist along the surface, which the servo adds. :func:`calibrate` comput
 Equation and section numbers refer to Haschke's chapter.
 """
 
+from eyehand.errors import describe_fields
+
 from .cable import CableFollower, CableOptions
 from .calibration import Calibration, calibrate, calibrate_linear
 from .calibration_curves import BenchRun
@@ -92,3 +94,5 @@ __all__ = [
     "with_past",
     "world_twist",
 ]
+
+describe_fields(*map(globals().get, __all__))
