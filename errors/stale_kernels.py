@@ -1,10 +1,11 @@
 """Compiled kernels of former code.
 
-numba keeps compiled kernels in `__pycache__` and compares each with its own source file only. A
-kernel contains the code of the kernels that it calls, and the constants that it imports. Both may
-stand in other files.
+numba keeps compiled kernels in `__pycache__`, or in the folder that `NUMBA_CACHE_DIR` names. It
+compares each with its own source file only. A kernel contains the code of the kernels that it
+calls, and the constants that it imports. Both may stand in other files.
 """
 
+import hashlib
 import json
 import os
 import re
@@ -14,7 +15,7 @@ from pathlib import Path
 KERNEL_PACKAGES = ("apps", "control", "data_synth", "grasping", "perception", "tactile")
 """No kernel calls a kernel of another one of these packages."""
 RECORD = "kernel_sources.json"
-"""File in the `__pycache__` of a package: time and size of each source at the last start."""
+"""File in the cache of a package's folder: time and size of each source at the last start."""
 IMPORT = re.compile(r"^from (\.+)([\w.]+) import (\([^)]*\)|.*)", re.MULTILINE)
 """A relative import: dots, module and names."""
 CONSTANT = re.compile(r"\b[A-Z][A-Z0-9_]+\b")
@@ -44,24 +45,39 @@ def forget_stale_kernels(root: Path) -> list[Path]:
         # Without the right to write, numba keeps its kernels elsewhere. Another process may delete
         # a file in this moment.
         with suppress(OSError):
-            record = folder / "__pycache__" / RECORD
+            record = _cache(folder) / RECORD
             stamps = {_name(file, folder): _stamp(file) for file in folder.rglob("*.py")}
             before = _read(record)
             if stamps == before:
                 continue
-            indices = list(folder.rglob("__pycache__/*.nbi"))
-            names = {_name(source, folder) for source in _kernel_sources(indices)}
+            kept = {
+                index: folder / name
+                for name in {Path(name).parent for name in stamps}
+                for index in _cache(folder / name).glob("*.nbi")
+            }
+            names = {_name(source, folder) for source in _kernel_sources(kept)}
             if any(stamps.get(name) != before.get(name) for name in names):
-                for index in indices:
+                for index in kept:
                     index.unlink(missing_ok=True)
-                deleted += indices
+                deleted += kept
             _write(record, stamps)
     return deleted
 
 
-def _kernel_sources(indices: list[Path]) -> set[Path]:
-    """Return the sources of compiled kernels, and the files from which these import constants."""
-    sources = {index.parent.parent / f"{index.name.partition('.')[0]}.py" for index in indices}
+def _cache(folder: Path) -> Path:
+    """Return the folder in which numba keeps the kernels of the sources in a folder."""
+    if chosen := os.environ.get("NUMBA_CACHE_DIR"):
+        digest = hashlib.sha1(str(folder).encode(), usedforsecurity=False).hexdigest()
+        return Path(chosen) / f"{folder.name}_{digest}"
+    return folder / "__pycache__"
+
+
+def _kernel_sources(kept: dict[Path, Path]) -> set[Path]:
+    """Return the sources of compiled kernels, and the files from which these import constants.
+
+    `kept` maps the index file of each kernel to the folder of its source.
+    """
+    sources = {folder / f"{index.name.partition('.')[0]}.py" for index, folder in kept.items()}
     files = set(sources)
     for source in sources:
         text = source.read_text(encoding="utf-8", errors="ignore") if source.exists() else ""
@@ -95,7 +111,7 @@ def _read(record: Path) -> dict[str, list[int]]:
 
 def _write(record: Path, stamps: dict[str, list[int]]) -> None:
     """Write the record completely or not at all."""
-    record.parent.mkdir(exist_ok=True)
+    record.parent.mkdir(parents=True, exist_ok=True)
     part = record.with_suffix(f".{os.getpid()}")
     part.write_text(json.dumps(stamps), encoding="utf-8")
     part.replace(record)

@@ -5,6 +5,7 @@ import re
 import time
 from pathlib import Path
 
+import numba
 import pytest
 
 from eyehand.errors.stale_kernels import KERNEL_PACKAGES, RECORD, forget_stale_kernels
@@ -76,6 +77,29 @@ def test_a_changed_constant_deletes_the_kernels_that_import_it(root: Path, names
     compile_kernels(root)
     (root / "tactile" / "phases.py").write_text("changed")
     assert len(forget_stale_kernels(root)) == deleted
+
+
+def test_kernels_in_a_chosen_folder_are_deleted_too(root: Path, tmp_path_factory, monkeypatch):
+    chosen = tmp_path_factory.mktemp("kernels")
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(chosen))
+    # numba has read the variable already.
+    monkeypatch.setattr("numba.core.config.CACHE_DIR", str(chosen))
+    source = root / "tactile" / "push.py"
+    index = numba_folder(source) / "push.step-12.py311.nbi"
+    forget_stale_kernels(root)
+    index.touch()
+    assert forget_stale_kernels(root) == []
+    source.write_text("changed")
+    assert forget_stale_kernels(root) == [index]
+    assert compiled(root) == ["press", "push", "reach"]
+
+
+def numba_folder(source: Path) -> Path:
+    """Return the folder that numba itself chooses for the kernels of a source."""
+    space: dict = {"__name__": "kernels"}
+    source.write_text("def step():\n    return 0\n")
+    exec(compile(source.read_text(), str(source), "exec"), space)
+    return Path(str(numba.njit(cache=True)(space["step"]).stats.cache_path))
 
 
 def test_a_moved_tree_keeps_its_kernels(root: Path, tmp_path_factory):
