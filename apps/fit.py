@@ -82,7 +82,8 @@ def fit_command(
     noise_mm
         Expected standard deviation of the points, mm.
     budget_ms
-        Time limit of a fit, ms. The most accurate stored setting within it is used.
+        Median time of a fit of one solid, ms; objects of several parts take longer. The most
+        accurate stored setting within it is used.
     max_parts
         Maximum number of solids per object, where one solid does not explain it. Default: 4,
         or that of the stored setting.
