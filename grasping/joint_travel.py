@@ -103,7 +103,8 @@ class JointTravel:
         if velocity.any() and behind[k] > HELD_BACK:
             self.held_back = (
                 f"something holds joint {joints[k]} back: it moved {moved[k]:.2f} of "
-                f"{self._commanded[k]:.2f} rad"
+                f"{self._commanded[k]:.2f} rad commanded. It may touch something, or the driver is "
+                "slow: it must take rad/s, and add to the last command, not to the measured angle"
             )
         done = travel > WINDOW
         self._start = np.where(done, q, self._start)
