@@ -95,7 +95,6 @@ def synth(
     """
     if not noise_scale >= 0:
         raise InputError(f"--noise-scale must be >= 0, got {noise_scale}")
-    claim_folder(out)
     began = time.perf_counter()
     if family in COUNT_RANGES:
         options = _furnished_options(family, objects, meshes, mesh_share)
@@ -107,6 +106,7 @@ def synth(
                 f"got --family {family}"
             )
         scene = _tabletop(seed, cast("Family", family), OBJECTS if objects is None else objects)
+    claim_folder(out)
     settled = time.perf_counter()
     chosen = DepthNoise.none() if noise == "none" else DepthNoise.realistic(noise_scale)
     view = render_scene(scene)
