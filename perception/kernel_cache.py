@@ -13,7 +13,7 @@ from .segmentation import SegmentationOptions, segment
 from .segmentation.cut_necks import NECK, separate_parts
 from .segmentation.furniture_walls import Face, remove_faces
 from .segmentation.local_planes import LocalPlanes, fit_centred_windows
-from .segmentation.remove_steep import MIN_COSINE, count_steep
+from .segmentation.remove_steep import MIN_COSINE, NEARER, REACH, count_nearer, count_steep
 from .segmentation.select_objects import count_inner
 from .segmentation.sliver_pixels import replace_by_nearest
 from .segmentation.working_image import working_image
@@ -67,6 +67,7 @@ def warm_up() -> Scene:
     separate_parts(ones, second, flat, 2.0, NECK)
     count_inner(np.arange(8, dtype=np.int32), ones)
     count_steep(ones, second, LocalPlanes(flat, flat, flat, flat), image.pinhole, MIN_COSINE)
+    count_nearer(ones, second, flat, NEARER, REACH)
     return scene
 
 

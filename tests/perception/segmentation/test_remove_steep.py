@@ -6,7 +6,7 @@ from random_planes import image_of
 
 from eyehand.perception.segmentation import remove_steep as module
 from eyehand.perception.segmentation.local_planes import LocalPlanes
-from eyehand.perception.segmentation.remove_steep import count_steep, remove_steep
+from eyehand.perception.segmentation.remove_steep import count_nearer, count_steep, remove_steep
 
 
 @pytest.fixture(autouse=True)
@@ -68,3 +68,33 @@ def test_pixels_without_a_plane_do_not_count():
     none = np.zeros_like(planes.value)
     left = remove_steep(labels, image, planes._replace(value=none))
     np.testing.assert_array_equal(left, labels)
+
+
+def beside(nearer):
+    """Return regions, image and planes; a third of region 2 is steep, and disparity beside it."""
+    labels, _, planes = scene(0.0)
+    slope_u = np.where((labels == 2) & (np.arange(80) >= 23), 0.1, 0.0).astype(np.float32)
+    q = planes.value.copy()
+    q[40:50, 30:40] = nearer
+    return labels, image_of(q), planes._replace(slope_u=slope_u)
+
+
+@pytest.mark.parametrize("reach", [1, 2])
+def test_nearer_pixels_are_counted_like_the_reference(reach):
+    labels, image, _ = beside(1.2)
+    border, nearer = count_nearer(labels, np.ones(4, bool), image.disparity, 1.01, reach)
+    # The right side of region 2 is 10 px high.
+    assert nearer[1:].tolist() == [0, 10 * reach, 0]
+    assert border[1:].tolist() == [2 * reach * n for n in (30 + 40, 10 + 20, 8 + 10)]
+
+
+@pytest.mark.parametrize(("nearer", "kept"), [(1.2, 2), (1.0, 3), (0.8, 3), (0.0, 3)])
+def test_ramp_beside_something_nearer_that_is_no_object_is_removed(nearer, kept):
+    labels, image, planes = beside(nearer)
+    assert remove_steep(labels, image, planes).max() == kept
+
+
+def test_steep_region_beside_a_nearer_object_stays():
+    labels, image, planes = beside(1.2)
+    labels[40:50, 30:40] = 3
+    assert remove_steep(labels, image, planes) is labels
