@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -33,9 +32,6 @@ LAW = LoadGripOptions(reserve=2.5, relax_time=0.2)
 the arm jerks."""
 MIN_WEIGHT = 0.4
 """Weight from which friction is measured, N: above the noise of the wrist."""
-LIGHT_RESERVE = 5.0
-"""Reserve of the grip on a lighter object, N. Its friction is not measured, and the reserve is most
-of its grip."""
 PUSH_FORCE = 0.5
 """Force from below from which the hand presses on a support, N, above the noise of the wrist. The
 object then neither loads the pads, nor slips."""
@@ -225,9 +221,7 @@ class HeldGrip:
         """Follow the load from now on, without measuring the friction."""
         self.stage = "follow"
         self._regulator.settle()
-        light = self.weight < MIN_WEIGHT
-        options = replace(LAW, reserve=LIGHT_RESERVE) if light else LAW
-        self._law = LoadGrip(CAUTIOUS_FRICTION, pressed, options)
+        self._law = self._new_law(CAUTIOUS_FRICTION, pressed)
 
     @property
     def pushed(self) -> float:

@@ -62,7 +62,7 @@ OVER_PLACE_SLACK = 0.025
 """Distance from the point above its place at which an object is lowered, m. Lowering removes it."""
 MAX_PUSH = 15.0
 """Force of tray or content from below at which a lowered object is down, N. An object may be longer
-than its solid. The arm pressed one down with 350 N until its joints were stopped."""
+than its solid. The arm pressed one down with 87 N on a finger until a joint was stopped."""
 PLACE_SECONDS = 15.0
 """Time limit of the motion to the tray, s. A way around its content, found where the direct motion
 is stuck, takes up to 12 s."""

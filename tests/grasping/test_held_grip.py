@@ -14,7 +14,6 @@ from eyehand.grasping.hands.closing import Closing
 from eyehand.grasping.hands.grip_regulator import GripRegulator
 from eyehand.grasping.held_grip import (
     GRAVITY,
-    LIGHT_RESERVE,
     STEADY_SECONDS,
     HeldGrip,
     measured_wrench,
@@ -160,16 +159,6 @@ def test_object_that_a_support_pushes_up_is_not_squeezed_as_if_it_slipped(push):
     assert held.side() < 1.3 * before
     assert (held.held.weight, held.held.slips) == (weight, slips)
     assert held.held.pushed == pytest.approx(push - 0.15 * GRAVITY, rel=0.05)
-
-
-def test_object_too_light_to_measure_its_friction_has_a_larger_reserve():
-    held = HeldObject(0.02, 0.3)
-    held.lifted = True
-    held.run(0.4)
-    held.held.weigh()
-    held.held.follow(2.0 * held.side())
-    held.run(1.5)
-    assert 2.0 * held.side() == pytest.approx(LIGHT_RESERVE + 0.02 * GRAVITY / 0.3, rel=0.1)
 
 
 def test_regulator_tightens_at_a_limited_rate_and_never_eases():

@@ -56,7 +56,7 @@ def test_stuck_object_is_raised_before_a_path_is_planned(stuck, ways, monkeypatc
     [(20.0, True, "reached"), (20.0, False, "late"), (5.0, True, "late")],
 )
 def test_object_is_down_when_what_is_under_it_pushes_back(push, lowering, end, monkeypatch):
-    """The hand pressed an object that was longer than its solid with 350 N."""
+    """The hand pressed an object that was longer than its solid with 87 N on a finger."""
 
     def execute(_cell, _controller, _seconds, *, stop, **_):
         reason = stop(None)
