@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -20,8 +20,12 @@ what `LATE` explains."""
 FAR_SHARE, FAR_MARGIN = 1.5, 0.1
 """A joint moves too far if it turns by more than this share of the command and this margin, rad,
 beyond what `LATE` explains."""
-HELD_BACK = 0.05
-"""Angle beyond what `LATE` explains by which a joint that something holds back is behind, rad."""
+HELD_BACK, BLOCKED_SHARE = 0.05, 0.25
+"""A joint is held back if it is behind by more than this angle beyond what `LATE` explains, rad,
+and moved less than this share of its command within the last `LATE` seconds."""
+SLOW_SHARE = 0.8
+"""An arm is slow if a joint moves less than this share of its command, beyond what `LATE` explains.
+Some arms scale all speeds."""
 WINDOW = 0.6
 """Commanded rotation of a joint after which it is judged anew, rad."""
 
@@ -45,7 +49,9 @@ class JointTravel:
         self._time, self._last = 0.0, self._start
         self.held_back = ""
         """Which joint something holds back, and how far it is behind; empty if none."""
-        self._speeds: deque[tuple[float, NDArray[np.float64]]] = deque()
+        self.slow = ""
+        """Which joint last moved less than commanded over a whole window; empty if none."""
+        self._recent: deque[_Step] = deque()
 
     def restart(self) -> None:
         """Start all windows anew, for a new motion."""
@@ -72,13 +78,13 @@ class JointTravel:
         joints
             Names of the joints.
         """
-        self._last = np.array(q)
+        before, self._last = self._last, np.array(q)
         self._commanded = self._commanded + seconds * velocity
         travel, moved = np.abs(self._commanded), q - self._start
         self._time += seconds
-        self._speeds.append((self._time, np.abs(velocity)))
-        while self._speeds[0][0] < self._time - LATE:
-            self._speeds.popleft()
+        self._recent.append(_Step(self._time, seconds * velocity, np.abs(velocity), before))
+        while self._recent[0].time < self._time - LATE:
+            self._recent.popleft()
         fastest = self._fastest()
         slack = LATE * (self._start_speed + fastest)
         back = -moved * np.sign(self._commanded)
@@ -98,20 +104,59 @@ class JointTravel:
                 "check the sign, and whether the arm or the hand touches something"
             )
         behind = np.sign(self._commanded) * (self._commanded - moved) - slack
-        k = int(np.argmax(behind))
-        self.held_back = ""
-        if velocity.any() and behind[k] > HELD_BACK:
-            self.held_back = (
-                f"something holds joint {joints[k]} back: it moved {moved[k]:.2f} of "
-                f"{self._commanded[k]:.2f} rad commanded. It may touch something, or the driver is "
-                "slow: it must take rad/s, and add to the last command, not to the measured angle"
-            )
         done = travel > WINDOW
+        self._note_delay(q, behind, done, joints)
         self._start = np.where(done, q, self._start)
         self._start_speed = np.where(done, fastest, self._start_speed)
         self._commanded = np.where(done, 0.0, self._commanded)
         return ""
 
+    def _note_delay(
+        self,
+        q: NDArray[np.float64],
+        behind: NDArray[np.float64],
+        done: NDArray[np.bool_],
+        joints: tuple[str, ...],
+    ) -> None:
+        """Note which joint is held back, and which is slow, from their delays (n,), rad."""
+
+        def numbers(k: int) -> str:
+            moved = q[k] - self._start[k]
+            return f"it moved {moved:.2f} of {self._commanded[k]:.2f} rad commanded"
+
+        held = np.where(self._blocked(q), behind, 0.0)
+        k = int(np.argmax(held))
+        self.held_back = ""
+        if held[k] > HELD_BACK:
+            self.held_back = (
+                f"something holds joint {joints[k]} back: {numbers(k)}. It may touch something, or "
+                "the driver is slow: it must take rad/s, and add to the last command, not to the "
+                "measured angle"
+            )
+        late = np.where(done, behind / np.maximum(np.abs(self._commanded), WINDOW), 0.0)
+        k = int(np.argmax(late))
+        if late[k] > 1.0 - SLOW_SHARE:
+            self.slow = f"joint {joints[k]} is slow: {numbers(k)}"
+
+    def _blocked(self, q: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Return which joints have hardly moved within the last `LATE` seconds, (n,)."""
+        commanded = np.sum([step.command for step in self._recent], axis=0)
+        moved = np.sign(commanded) * (q - self._recent[0].start)
+        return moved < BLOCKED_SHARE * np.abs(commanded)
+
     def _fastest(self) -> NDArray[np.float64]:
         """Return the greatest commanded speed of each joint within the last `LATE` seconds."""
-        return np.max([speeds for _, speeds in self._speeds], axis=0, initial=0.0)
+        return np.max([step.speed for step in self._recent], axis=0, initial=0.0)
+
+
+class _Step(NamedTuple):
+    """One control period."""
+
+    time: float
+    """Time at its end, s."""
+    command: NDArray[np.float64]
+    """Commanded rotation, (n,), rad."""
+    speed: NDArray[np.float64]
+    """Commanded speed, (n,), rad/s."""
+    start: NDArray[np.float64]
+    """Joint angles at its start, (n,), rad."""

@@ -63,7 +63,7 @@ class RobotWatch:
         self._stale, self._slow, self._long = 0.0, 0, 0
         self._since: float | None = None
         self._start_q = self._path = np.zeros_like(reading.q)
-        self._travel = JointTravel(reading.q)
+        self._travel, self._warned = JointTravel(reading.q), False
 
     def begin_motion(self) -> None:
         """Compare the joints with their commands from the present state on."""
@@ -108,6 +108,9 @@ class RobotWatch:
         seconds = min(passed, LONGEST_STEP * period) if passed > 0.0 else period
         if strayed := self._travel.check(reading.q, velocity, seconds, robot.joints):
             return strayed
+        if self._travel.slow and not self._warned:
+            self._warned = True
+            _log.warning("%s; check the driver's unit and its limit of speed", self._travel.slow)
         self._stale = self._stale + period if passed <= 0.0 else 0.0
         if self._stale > STALE_SECONDS:
             return f"the arm has sent no new state for {self._stale:.1f} s"
