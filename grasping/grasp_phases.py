@@ -155,7 +155,9 @@ def approach(cell: Cell, state: PickState) -> PhaseFailure | None:
     for retry in range(MAX_RETRIES + 1):
         tasks = control_tasks(state.plan, hand, 0.0)
         controller = state.near(cell, tasks, APPROACH_SPEED)
-        result = execute(cell, controller, seconds, stop=lambda r: _touched_pads(cell, r))
+        result = execute(
+            cell, controller, seconds, stop=lambda r: _touched_pads(cell, r), guarded=True
+        )
         distance = remaining_distance(tasks, controller.step(cell.reading.q).errors)
         if result or (result.end == "stopped" and distance < CONTACT_DISTANCE):
             return None

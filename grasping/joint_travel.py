@@ -21,8 +21,9 @@ FAR_SHARE, FAR_MARGIN = 1.5, 0.1
 """A joint moves too far if it turns by more than this share of the command and this margin, rad,
 beyond what `LATE` explains."""
 HELD_BACK, BLOCKED_SHARE = 0.05, 0.25
-"""A joint is held back if it is behind by more than this angle beyond what `LATE` explains, rad,
-and moved less than this share of its command within the last `LATE` seconds."""
+"""A joint is held back if it is behind by more than this angle, rad, beyond what twice `LATE`
+explains, and moved less than this share of its command within the last `LATE` seconds. Messages of
+a network that bunch add to the delay."""
 SLOW_SHARE = 0.8
 """An arm is slow if a joint moves less than this share of its command, beyond what `LATE` explains.
 Some arms scale all speeds."""
@@ -127,7 +128,8 @@ class JointTravel:
         held = np.where(self._blocked(q), behind, 0.0)
         k = int(np.argmax(held))
         self.held_back = ""
-        if held[k] > HELD_BACK:
+        # `behind` leaves out one `LATE`.
+        if held[k] > HELD_BACK + LATE * (self._start_speed + self._fastest())[k]:
             self.held_back = (
                 f"something holds joint {joints[k]} back: {numbers(k)}. It may touch something, or "
                 "the driver is slow: it must take rad/s, and add to the last command, not to the "

@@ -26,7 +26,7 @@ MotionEnd = Literal["reached", "stuck", "late", "stopped", "fault"]
 """End of a motion.
 
 - reached: the goal is reached.
-- stuck: the controller finds no way to continue, or something holds the arm back.
+- stuck: the controller finds no way to continue, or something holds a guarded motion back.
 - late: the time limit is over.
 - stopped: the stop condition is met.
 - fault: the robot stopped itself.
@@ -91,6 +91,7 @@ def execute(
     command: Callable[[RobotReading], AnyCommand | None] | None = None,
     stop: Callable[[RobotReading], str] | None = None,
     ramp_seconds: float = RAMP_SECONDS,
+    guarded: bool = False,
 ) -> MotionResult:
     """Move until the controller reaches its goal or the motion ends early, then stop the arm.
 
@@ -108,6 +109,9 @@ def execute(
         Function that returns the reason to stop, or an empty string to continue.
     ramp_seconds
         Time in which the acceleration rises to its limit, s.
+    guarded
+        End as stuck where something holds a joint back. Otherwise an arm that stands still against
+        its command is a fault.
     """
     end = cell.reading.time + seconds
     infeasible = 0.0
@@ -135,7 +139,7 @@ def execute(
                 result = MotionResult("reached", "")
             elif cycle.status == "stuck" or infeasible > INFEASIBLE_SECONDS:
                 result = MotionResult("stuck", cycle.reason)
-            elif cell.held_back:
+            elif guarded and cell.held_back:
                 result = MotionResult("stuck", cell.held_back)
             elif reading.time >= end:
                 errors = ", ".join(f"{error:.3g}" for error in cycle.errors)

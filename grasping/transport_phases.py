@@ -288,6 +288,7 @@ def _carry(
         command=lambda reading: state.grip_command(cell, reading),
         stop=stop,
         ramp_seconds=RAMP_SECONDS,
+        guarded=state.lowering,
     )
     return MotionResult("reached", "") if result.reason == NEAR_ENOUGH else result
 

@@ -152,7 +152,7 @@ def blocked(robot, reading):
     ("change", "words"),
     [
         (blocked, rf"{FakeRobot().joints[3]} back: it moved 0\.10 of 0\.1\d rad"),
-        (faster(0.2), r"\w+ back: it moved 0\.02 of 0\.08 rad commanded\. .* the driver is slow"),
+        (faster(0.2), r"\w+ back: it moved 0\.02 of 0\.09 rad commanded\. .* the driver is slow"),
     ],
 )
 def test_joint_that_is_held_back_is_named_at_a_small_angle(change, words):
