@@ -162,7 +162,8 @@ def _solid_samples(
 def _vessel_samples(vessel: Vessel) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Sample both sides of a vessel's wall, and its floor: points (N, 3) and normals (N, 3)."""
     outer, outwards = _solid_samples((vessel.outer,))
-    below = vessel.heights(outer) < 0.0
+    # The outer solid is closed: its top is no surface.
+    below = (vessel.heights(outer) < 0.0) & (outwards @ vessel.opening < FLAT)
     outer, outwards = outer[below], outwards[below]
     inner = outer - vessel.drawn_wall * outwards
     kept = (vessel.heights(inner) < 0.0) & (vessel.outer.distance(inner) < -TOLERANCE)

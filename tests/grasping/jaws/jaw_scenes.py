@@ -23,10 +23,10 @@ def can(radius, height, at=(0.0, 0.0), label=1):
     return _standing("cylinder", np.array([radius, radius, 0.5 * height]), (0.1, 1.0), at, 0, label)
 
 
-def bowl(radius, height, wall, at=(0.0, 0.0), label=1):
-    """Return an upright vessel with straight walls that is open at its top."""
+def bowl(radius, height, wall, at=(0.0, 0.0), label=1, lip=0.0):
+    """Return an upright vessel with straight walls, open `lip` above the top of its outer solid."""
     outer = can(radius, height, at, label)
-    rim = Rim(np.array([*at, height]), np.full(2, radius), np.eye(3)[:2])
+    rim = Rim(np.array([*at, height + lip]), np.full(2, radius), np.eye(3)[:2])
     solid = outer.fit.superquadric
     assert solid is not None
     vessel = Vessel(solid, rim, wall)

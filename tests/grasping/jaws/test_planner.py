@@ -81,10 +81,11 @@ def test_hand_stays_above_the_support_and_clear_of_the_object(size, name):
             assert not solid.contains(grasp.T_scene_tcp.apply(grid)).any()
 
 
-def test_wide_vessel_is_gripped_at_its_rim():
+@pytest.mark.parametrize(("radius", "lip"), [(0.07, 0.0), (0.042, 0.006)])
+def test_wide_vessel_is_gripped_at_its_rim(radius, lip):
     """One finger is in the opening: the hand opens less than the vessel is wide."""
-    wall, radius, height = 0.005, 0.07, 0.09
-    grasps = plan_grasps(scene_of(bowl(radius, height, wall)), PANDA)
+    wall, height = 0.005, 0.09
+    grasps = plan_grasps(scene_of(bowl(radius, height, wall, lip=lip)), PANDA)
     grasp = grasps[0]
     assert grasp.safe
     assert grasp.object_width == pytest.approx(wall, abs=0.003)
