@@ -162,7 +162,9 @@ def place(cell: Cell, state: PickState) -> PhaseFailure | None:
     # However this motion ends, the object is over its place or already on what lies there.
     tasks = (Position(goal.low, goal.centre_in_palm), goal.alignment)
     _carry(cell, state, state.lower(cell, tasks), LIFT_SECONDS, tasks, RETREAT_TOLERANCE)
-    cell.tray_content += added_items(goal.size, goal.place)
+    cell.tray_content += added_items(
+        goal.size, cell.palm_pose().apply(goal.centre_in_palm), goal.place.below
+    )
     palm = cell.palm_pose().translation
     tips = cell.hand.reach(state.plan.opening)
     clear = cell.tray.centre[2] + cell.tray_height + tips + TRAY_CLEARANCE
@@ -237,6 +239,8 @@ def _put_down(
 def _carry_over_tray(cell: Cell, state: PickState, goal: _PutDown) -> MotionResult:
     """Carry the object over its place: directly, else raised first, else along a planned path."""
     tasks = (Position(goal.high, goal.centre_in_palm), goal.alignment)
+    # An object that comes down beside its place must not press on the content.
+    slack = min(max(goal.place.gap, RETREAT_TOLERANCE), OVER_PLACE_SLACK)
     result = MotionResult("stuck", "")
     for way in ("direct", "raised", "planned"):
         if way == "raised":
@@ -244,7 +248,7 @@ def _carry_over_tray(cell: Cell, state: PickState, goal: _PutDown) -> MotionResu
         controller = state.direct_carry(cell, tasks)
         if way == "planned":
             controller = state.transit(cell, tasks, "held")
-        result = _carry(cell, state, controller, PLACE_SECONDS, tasks, OVER_PLACE_SLACK)
+        result = _carry(cell, state, controller, PLACE_SECONDS, tasks, slack)
         short = result.end in ("stuck", "late")
         # A stuck arm over the tray is near enough, unless the object is over a wall.
         over = cell.tray.contains(cell.palm_pose().apply(goal.centre_in_palm), WALL_MARGIN)

@@ -76,6 +76,8 @@ class TrayPlace(NamedTuple):
     """Position on the floor, (3,), world, m."""
     below: float
     """Height of the content under the object, m."""
+    gap: float
+    """Distance of the object's disc from that of the nearest content, m; at most `FREE_GAP`."""
 
 
 def measure_held(parts: Sequence[Superquadric], centre: NDArray[np.float64]) -> HeldSize:
@@ -116,13 +118,16 @@ def plan_place(tray: Tray, content: Sequence[TrayItem], size: HeldSize) -> TrayP
         gap = np.minimum(gap, apart)
     order = np.lexsort((-np.abs(grid).sum(axis=1), -gap.round(3), below.round(3)))
     best = order[0]
-    return TrayPlace(tray.centre + np.append(grid[best], 0.0), float(below[best]))
+    return TrayPlace(tray.centre + np.append(grid[best], 0.0), float(below[best]), float(gap[best]))
 
 
-def added_items(size: HeldSize, place: TrayPlace) -> tuple[TrayItem, ...]:
-    """Return what an object adds to the content: where it is, and where it may have fallen."""
-    at, top = place.position[:2], place.below + size.height
-    standing = TrayItem(at, size.radius, top)
+def added_items(size: HeldSize, centre: NDArray[np.float64], below: float) -> tuple[TrayItem, ...]:
+    """Return what an object adds to the content: where it is, and where it may have fallen.
+
+    It was released with its centre at (3,), world, above content of a height ``below``, m. A finger
+    near a wall may have kept it from its planned place.
+    """
+    standing = TrayItem(centre[:2], size.radius, below + size.height)
     if not size.unstable:
         return (standing,)
-    return standing, TrayItem(at, size.height, place.below + size.narrowest)
+    return standing, TrayItem(centre[:2], size.height, below + size.narrowest)

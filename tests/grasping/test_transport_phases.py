@@ -11,6 +11,7 @@ from eyehand.control.tasks import AxisAlignment
 from eyehand.grasping import transport_phases
 from eyehand.grasping.motion import MotionResult
 from eyehand.grasping.pick_options import PickOptions
+from eyehand.grasping.tray_plan import FREE_GAP, HeldSize, TrayPlace
 
 HERE, HIGH = np.array([0.2, 0.1, 0.18]), np.array([0.5, -0.2, 0.25])
 
@@ -46,9 +47,69 @@ def test_stuck_object_is_raised_before_a_path_is_planned(stuck, ways, monkeypatc
     )
     up = np.array([0.0, 0.0, 1.0])
     way: Any = AxisAlignment(up, up)
-    goal: Any = SimpleNamespace(high=HIGH, centre_in_palm=np.zeros(3), alignment=way)
+    place = TrayPlace(HIGH, 0.0, FREE_GAP)
+    goal: Any = SimpleNamespace(high=HIGH, centre_in_palm=np.zeros(3), alignment=way, place=place)
     assert transport_phases._carry_over_tray(cell, state, goal)
     assert seen == ways
+
+
+@pytest.mark.parametrize(("gap", "slack"), [(0.0, 0.01), (0.015, 0.015), (FREE_GAP, FREE_GAP)])
+def test_object_is_over_its_place_within_the_gap_to_the_content(gap, slack, monkeypatch):
+    """An arm without touch pressed a box with 220 N on a can 3 mm beside its place."""
+    slacks = []
+
+    def carry(_cell, _state, _controller, _seconds, _tasks, slack):
+        slacks.append(slack)
+        return MotionResult("reached", "")
+
+    monkeypatch.setattr(transport_phases, "_carry", carry)
+    place = TrayPlace(HIGH, 0.0, gap)
+    up = np.array([0.0, 0.0, 1.0])
+    goal: Any = SimpleNamespace(
+        high=HIGH, centre_in_palm=np.zeros(3), alignment=AxisAlignment(up, up), place=place
+    )
+    state: Any = SimpleNamespace(direct_carry=lambda *_: None)
+    assert transport_phases._carry_over_tray(SimpleNamespace(), state, goal)  # pyright: ignore[reportArgumentType]
+    assert slacks == [slack]
+
+
+def test_content_lies_where_it_was_released(monkeypatch):
+    """A finger at the tray's wall kept a can 20 mm from its place."""
+    up = np.array([0.0, 0.0, 1.0])
+    planned, palm = HIGH, RigidTransform.from_translation(HIGH + np.array([0.02, 0.0, 0.0]))
+    goal = transport_phases._PutDown(
+        HeldSize(0.03, 0.06, 0.05, 0.1),
+        TrayPlace(planned, 0.0, FREE_GAP),
+        AxisAlignment(up, up),
+        np.zeros(3),
+        planned,
+        planned,
+    )
+    monkeypatch.setattr(transport_phases, "_put_down_poses", lambda *_: [goal])
+    monkeypatch.setattr(
+        transport_phases, "_carry_over_tray", lambda *_: MotionResult("reached", "")
+    )
+    monkeypatch.setattr(transport_phases, "_carry", lambda *_: MotionResult("stuck", ""))
+    monkeypatch.setattr(transport_phases, "gripped_too_thin", lambda *_: "")
+    monkeypatch.setattr(transport_phases, "shake_off", lambda *_: "")
+    cell: Any = SimpleNamespace(
+        palm_pose=lambda: palm,
+        hand=SimpleNamespace(width=lambda _: 0.06, reach=lambda _: 0.1),
+        reading=SimpleNamespace(hand=None),
+        tray=SimpleNamespace(centre=np.zeros(3)),
+        tray_content=(),
+        tray_height=0.05,
+    )
+    state: Any = SimpleNamespace(
+        held=None,
+        plan=SimpleNamespace(opening=0.08),
+        grasp=SimpleNamespace(target=SimpleNamespace(fit=None)),
+        lower=lambda *_: None,
+        release=lambda *_: None,
+    )
+    assert transport_phases.place(cell, state) is None
+    (item,) = cell.tray_content
+    np.testing.assert_allclose(item.place, palm.translation[:2])
 
 
 @pytest.mark.parametrize(

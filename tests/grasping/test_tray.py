@@ -22,7 +22,7 @@ def test_every_place_lies_on_floor(radius, height, count):
         place = plan_place(TRAY, content, size)
         assert TRAY.contains(place.position)
         assert place.position[2] == TRAY.centre[2]
-        content += added_items(size, place)
+        content += added_items(size, place.position, place.below)
 
 
 def test_small_objects_lie_apart_before_one_lies_on_another():
@@ -31,7 +31,7 @@ def test_small_objects_lie_apart_before_one_lies_on_another():
     for _ in range(6):
         place = plan_place(TRAY, content, size)
         assert place.below == 0.0
-        content += added_items(size, place)
+        content += added_items(size, place.position, place.below)
 
 
 def test_tall_object_falls_into_the_tray_not_over_its_wall():
@@ -39,14 +39,15 @@ def test_tall_object_falls_into_the_tray_not_over_its_wall():
     place = plan_place(TRAY, (), size)
     room = 0.5 * np.array(TRAY.size) - np.abs(place.position[:2] - TRAY.centre[:2])
     assert (room >= 0.1 - 1e-9).all()
-    standing, fallen = added_items(size, place)
+    standing, fallen = added_items(size, place.position, place.below)
     assert (standing.top, fallen.top, fallen.radius) == (0.2, 0.05, 0.2)
 
 
 def test_object_on_another_is_released_above_it():
     narrow = replace(TRAY, size=(0.12, 0.12))
     size = HeldSize(0.03, 0.06, 0.03, 0.06)
-    content = added_items(size, plan_place(narrow, (), size))
+    place = plan_place(narrow, (), size)
+    content = added_items(size, place.position, place.below)
     assert plan_place(narrow, content, size).below == pytest.approx(0.06)
 
 
