@@ -58,8 +58,6 @@ TRAY_CLEARANCE = 0.03
 """Height at which the object passes over the tray's walls, m."""
 WALL_MARGIN = 0.03
 """Distance inside the walls at which the centre of an object counts as over the tray, m."""
-OVER_PLACE_SLACK = 0.025
-"""Distance from the point above its place at which an object is lowered, m. Lowering removes it."""
 MAX_PUSH = 15.0
 """Force of tray or content from below at which a lowered object is down, N. An object may be longer
 than its solid. The arm pressed one down with 87 N on a finger until a joint was stopped."""
@@ -239,8 +237,8 @@ def _put_down(
 def _carry_over_tray(cell: Cell, state: PickState, goal: _PutDown) -> MotionResult:
     """Carry the object over its place: directly, else raised first, else along a planned path."""
     tasks = (Position(goal.high, goal.centre_in_palm), goal.alignment)
-    # An object that comes down beside its place must not press on the content.
-    slack = min(max(goal.place.gap, RETREAT_TOLERANCE), OVER_PLACE_SLACK)
+    # Lowering removes the rest. An object further beside its place would press on the content.
+    slack = max(goal.place.gap, RETREAT_TOLERANCE)
     result = MotionResult("stuck", "")
     for way in ("direct", "raised", "planned"):
         if way == "raised":

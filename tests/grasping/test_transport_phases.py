@@ -69,7 +69,11 @@ def test_object_is_over_its_place_within_the_gap_to_the_content(gap, slack, monk
         high=HIGH, centre_in_palm=np.zeros(3), alignment=AxisAlignment(up, up), place=place
     )
     state: Any = SimpleNamespace(direct_carry=lambda *_: None)
-    assert transport_phases._carry_over_tray(SimpleNamespace(), state, goal)  # pyright: ignore[reportArgumentType]
+    cell: Any = SimpleNamespace(
+        palm_pose=lambda: RigidTransform.from_translation(HERE),
+        tray=SimpleNamespace(contains=lambda *_: True),
+    )
+    assert transport_phases._carry_over_tray(cell, state, goal)
     assert slacks == [slack]
 
 
