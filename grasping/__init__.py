@@ -29,7 +29,7 @@ from .robot import Arm, ArmReading, Camera, Hand, Robot, RobotReading
 
 if TYPE_CHECKING:
     from .cell import Cell, CycleInfo
-    from .clearing import ClearOptions, clear_table, observe
+    from .clearing import ClearOptions, clear_table
     from .depth_correction import CORRECTED_SCALE_ERROR, DepthCorrection, correct_depth
     from .failed_grasps import FailedGrasps
     from .grasp_selection import select_grasp
@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from .jaws import Grasp, GraspList, JawOptions, plan_grasps
     from .joined_robot import JoinedRobot
     from .motion import execute
+    from .observation import observe
     from .opposed_grasps import plan_opposed_grasps
     from .pick import pick_object
     from .pick_options import Balancing, PickOptions
@@ -122,7 +123,7 @@ _LAZY = {
     "Tray": "tray",
     "clear_table": "clearing",
     "execute": "motion",
-    "observe": "clearing",
+    "observe": "observation",
     "pick_object": "pick",
     "select_grasp": "grasp_selection",
 }

@@ -3,33 +3,27 @@
 from __future__ import annotations
 
 import logging
-import time
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, TypeAlias
-from zlib import crc32
 
 from eyehand.control import CollisionWorld, PlannedApproach
 from eyehand.control.tasks import Posture
-from eyehand.errors import DeviceError, InputError
 
 from .failed_grasps import FailedGrasps
-from .frame_fusion import fuse_frames
 from .grasp_phases import NARROW
 from .grasp_selection import GraspSelection, select_grasp
 from .motion import execute, unexpected_contact
+from .observation import observe
 from .obstacles import scene_obstacles
 from .pick import pick_object
 from .pick_verification import verify_pick
 from .planning import GraspOptions
 from .report import CLEAR, NOT_TRIED, NOTHING_GRASPABLE, ClearReport, PickReport
-from .robot_checks import check_frame
-from .robot_watch import one_line
-from .scene_validation import validate_scene
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from eyehand.perception import DepthFrame, Scene
+    from eyehand.perception import Scene
 
     from .cell import Cell
     from .pick_state import SelectedGrasp
@@ -48,9 +42,6 @@ HOME_TOLERANCE = 0.02
 REPEATED = "the depth image is identical to the one before the pick: check the camera"
 """Remark about a failed pick after which the camera returned the same image, bit by bit. A
 simulated camera without noise does so at rest; a real one never does."""
-MAX_FRAMES = 5
-"""Number of depth images fused when one image gives no valid scene. A pixel without a reading in
-one image usually has one in another; a camera takes so many in 0.2 s."""
 
 
 @dataclass(frozen=True)
@@ -280,50 +271,6 @@ def _stop_reason(run: _Clearing) -> str:
     return ""
 
 
-def observe(cell: Cell) -> tuple[Scene | None, float, str]:
-    """Capture a depth image and perceive the scene in it.
-
-    If the scene is not valid, more images are captured and fused.
-
-    Returns
-    -------
-    tuple
-        The scene without the objects in the tray, or None; the computing time in ms; and the
-        reason why there is no valid scene, empty otherwise.
-    """
-    cell.enter("observe")
-    frames: list[DepthFrame] = []
-    spent, problem = 0.0, ""
-    for count in (1, MAX_FRAMES - 1):
-        began = time.perf_counter()
-        try:
-            for _ in range(count):
-                frames.append(_capture(cell))
-            began = time.perf_counter()
-            frame = fuse_frames(frames)
-            scene = _without_tray(cell.perceive(frame), cell.tray)
-            problem = validate_scene(frame, scene, cell.tray, cell.scene)
-        except (InputError, DeviceError) as error:
-            scene, problem = None, f"no valid depth image: {error}"
-        spent += 1e3 * (time.perf_counter() - began)
-        if scene is not None and not problem:
-            cell.scene = scene
-            return scene, spent, ""
-    return None, spent, problem
-
-
-def _capture(cell: Cell) -> DepthFrame:
-    """Capture a depth image; whatever the camera's driver raises becomes a `DeviceError`."""
-    try:
-        frame = cell.robot.capture()
-    except Exception as error:
-        raise DeviceError(one_line(error)) from error
-    check_frame(frame)
-    # Not the image itself: a driver may use its memory again.
-    cell.image_checksum = crc32(frame.depth.tobytes())
-    return frame
-
-
 def move_home(cell: Cell, scene: Scene) -> bool:
     """Move the arm to its rest posture with the hand open; return whether it got there."""
     options = cell.options
@@ -343,13 +290,6 @@ def move_home(cell: Cell, scene: Scene) -> bool:
         stop=lambda reading: unexpected_contact(cell, reading),
     )
     return bool(result)
-
-
-def _without_tray(scene: Scene, tray: Tray) -> Scene:
-    objects = tuple(item for item in scene.objects if not tray.contains(item.points.mean(axis=0)))
-    if len(objects) < len(scene.objects):
-        _log.info("objects in the tray: %d", len(scene.objects) - len(objects))
-    return replace(scene, objects=objects)
 
 
 def _height(scene: Scene, tray: Tray) -> str:

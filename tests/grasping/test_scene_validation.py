@@ -9,7 +9,8 @@ from scipy.spatial.transform import RigidTransform, Rotation
 from eyehand.apps.grasp.ground_truth_scene import ground_truth_scene
 from eyehand.errors import InputError
 from eyehand.grasping.cell import Cell
-from eyehand.grasping.clearing import MAX_FRAMES, clear_table
+from eyehand.grasping.clearing import clear_table
+from eyehand.grasping.observation import MAX_FRAMES
 from eyehand.grasping.scene_validation import MIN_UNEXPLAINED_AREA, unexplained_area, validate_scene
 from eyehand.grasping.tray import Tray
 from eyehand.perception import (

@@ -19,7 +19,7 @@ from eyehand.apps.grasp.bench.stress_trial import (
     stress_cell,
 )
 from eyehand.errors import InputError
-from eyehand.grasping.clearing import observe
+from eyehand.grasping.observation import observe
 from eyehand.grasping.pick_options import PickOptions
 from eyehand.grasping.report import ClearReport
 

@@ -1,0 +1,79 @@
+"""Observe the table: take depth images until one of them, or several fused, give a valid scene."""
+
+from __future__ import annotations
+
+import logging
+import time
+from dataclasses import replace
+from typing import TYPE_CHECKING
+from zlib import crc32
+
+from eyehand.errors import DeviceError, InputError
+
+from .frame_fusion import fuse_frames
+from .robot_checks import check_frame
+from .robot_watch import one_line
+from .scene_validation import validate_scene
+
+if TYPE_CHECKING:
+    from eyehand.perception import DepthFrame, Scene
+
+    from .cell import Cell
+    from .tray import Tray
+
+_log = logging.getLogger("eyehand")
+
+MAX_FRAMES = 5
+"""Number of depth images fused when one image gives no valid scene. A pixel without a reading in
+one image usually has one in another; a camera takes so many in 0.2 s."""
+
+
+def observe(cell: Cell) -> tuple[Scene | None, float, str]:
+    """Capture a depth image and perceive the scene in it.
+
+    If the scene is not valid, more images are captured and fused.
+
+    Returns
+    -------
+    tuple
+        The scene without the objects in the tray, or None; the computing time in ms; and the
+        reason why there is no valid scene, empty otherwise.
+    """
+    cell.enter("observe")
+    frames: list[DepthFrame] = []
+    spent, problem = 0.0, ""
+    for count in (1, MAX_FRAMES - 1):
+        began = time.perf_counter()
+        try:
+            for _ in range(count):
+                frames.append(_capture(cell))
+            began = time.perf_counter()
+            frame = fuse_frames(frames)
+            scene = _without_tray(cell.perceive(frame), cell.tray)
+            problem = validate_scene(frame, scene, cell.tray, cell.scene)
+        except (InputError, DeviceError) as error:
+            scene, problem = None, f"no valid depth image: {error}"
+        spent += 1e3 * (time.perf_counter() - began)
+        if scene is not None and not problem:
+            cell.scene = scene
+            return scene, spent, ""
+    return None, spent, problem
+
+
+def _capture(cell: Cell) -> DepthFrame:
+    """Capture a depth image; whatever the camera's driver raises becomes a `DeviceError`."""
+    try:
+        frame = cell.robot.capture()
+    except Exception as error:
+        raise DeviceError(one_line(error)) from error
+    check_frame(frame)
+    # Not the image itself: a driver may use its memory again.
+    cell.image_checksum = crc32(frame.depth.tobytes())
+    return frame
+
+
+def _without_tray(scene: Scene, tray: Tray) -> Scene:
+    objects = tuple(item for item in scene.objects if not tray.contains(item.points.mean(axis=0)))
+    if len(objects) < len(scene.objects):
+        _log.info("objects in the tray: %d", len(scene.objects) - len(objects))
+    return replace(scene, objects=objects)
