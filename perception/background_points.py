@@ -20,8 +20,14 @@ MIN_HEIGHT = 0.01
 COLUMNS = 320
 """Approximate number of columns of the image whose readings are selected."""
 EDGE = 1
-"""Readings of that image nearer than this to an object or to a gap are left out, px: they mix
-foreground and background."""
+"""Readings of that image nearer than this to an object are left out, px: they mix the object and
+what is behind it."""
+MIN_ALIKE = 4
+"""Minimum number of the 8 neighbours of a reading, in the whole image, at nearly its distance. A
+column of readings that mix foreground and background has 2; a post of 2 columns has 5, and its
+ends 3."""
+ALIKE = 0.01
+"""Maximum difference of such a neighbour, as a share of the distance."""
 MAX_POINTS = 8000
 """Maximum number of readings. It bounds the time of planning."""
 REACH = 0.3
@@ -59,15 +65,17 @@ def background_points(
     depth, labels = frame.depth[part], segmentation.labels[part]
     k = frame.intrinsics.reduced(step)
     rows, columns = np.arange(k.height)[:, None], np.arange(k.width)[None, :]
-    free = (depth > 0) & (labels == 0)
+    near = cv2.dilate((labels > 0).astype(np.uint8), np.ones((2 * EDGE + 1,) * 2, np.uint8)) > 0
+    free = (depth > 0) & ~near
     for number, plane in enumerate((segmentation.support, *segmentation.other_supports)):
         slope = plane.normal[0] * (columns - k.cx) / k.fx + plane.normal[2]
         height = depth * (slope + plane.normal[1] * (rows - k.cy) / k.fy) + plane.offset
         # Boards of a shelf lie above the first support, and things stand below them.
         height = np.abs(height) if number else height
         free &= height > max(MIN_HEIGHT, 3.0 * plane.tolerance)
-    inside = cv2.erode(free.astype(np.uint8), np.ones((2 * EDGE + 1,) * 2, np.uint8)) > 0
-    v, u = np.nonzero(inside)
+    v, u = np.nonzero(free)
+    alike = _alike_neighbours(frame.depth, step * v, step * u) >= MIN_ALIKE
+    v, u = v[alike], u[alike]
     z = depth[v, u].astype(np.float64)
     points = T_scene_camera.apply(
         np.column_stack([(u - k.cx) / k.fx * z, (v - k.cy) / k.fy * z, z])
@@ -76,3 +84,20 @@ def background_points(
     low, high = objects.min(axis=0) - REACH, objects.max(axis=0) + REACH
     points = points[((points >= low) & (points <= high)).all(axis=1)]
     return points[:: max(ceil(len(points) / MAX_POINTS), 1)]
+
+
+def _alike_neighbours(
+    depth: NDArray[np.float32], v: NDArray[np.intp], u: NDArray[np.intp]
+) -> NDArray[np.intp]:
+    """Return how many of the 8 neighbours of pixels (K,), (K,) are at nearly their distance."""
+    padded = np.pad(depth, 1)
+    own = depth[v, u]
+    return np.sum(
+        [
+            np.abs(padded[v + 1 + dv, u + 1 + du] - own) < ALIKE * own
+            for dv in (-1, 0, 1)
+            for du in (-1, 0, 1)
+            if dv or du
+        ],
+        axis=0,
+    )

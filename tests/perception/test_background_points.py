@@ -28,6 +28,21 @@ def test_unlabelled_thing_near_an_object_is_background():
     assert at[:, 2].max() > BOARD.size[2] - 0.02
 
 
+def test_thin_post_is_background_but_a_column_of_mixed_readings_is_not():
+    post = Box(0.1, 0.72, (0.004, 0.004, 0.14))
+    frame, truth = solid_frame([THING, post], (Plate(),), CAMERA, known_pose=True)
+    assert frame.T_world_camera is not None
+    depth = frame.depth.copy()
+    depth[100:300, 120] = 0.6
+    frame = replace(frame, depth=depth)
+    found = replace(segment(frame), labels=(truth == 1).astype(np.int32))
+    cloud = frame.T_world_camera.apply(frame.points()[truth == 1].astype(np.float64))
+    points = background_points(frame, found, frame.T_world_camera, [cloud])
+    at = T_TABLE_CAMERA.apply(frame.T_world_camera.inv().apply(points))
+    assert len(at) > 20
+    assert (np.abs(at[:, :2] - [post.x, post.y]) < 0.006).all()
+
+
 def test_nothing_is_background_without_a_support_or_objects():
     frame, truth = solid_frame([THING, BOARD], (Plate(),), CAMERA, known_pose=True)
     assert frame.T_world_camera is not None
