@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -22,7 +23,7 @@ from .robot_checks import check_robot, check_start, check_tray
 from .robot_watch import RobotWatch
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
 
     from numpy.typing import NDArray
 
@@ -116,7 +117,7 @@ class Cell:
             check_hand_frame(
                 self.robot.hand_frame, self.robot.hand, self._model_with_open_hand(), closed
             )
-        self._watch = RobotWatch(self.reading)
+        self._watch = RobotWatch(self.reading, self._model_with_open_hand().acceleration)
 
     def model(self, posture: NDArray[np.float64]) -> RobotModel:
         """Return the model of arm and hand in a posture of the hand (`HandControl.posture`)."""
@@ -167,6 +168,15 @@ class Cell:
     def begin_motion(self) -> None:
         """Compare the joints with their commands from the present state on."""
         self._watch.begin_motion()
+
+    @contextmanager
+    def stopped_at_error(self) -> Iterator[None]:
+        """Brake the arm before an error or Ctrl-C leaves the block."""
+        try:
+            yield
+        except BaseException:
+            self._watch.stop(self.robot)
+            raise
 
     def begin(self) -> None:
         """Start new records, and check the tactile sensor of the hand from now on."""

@@ -9,8 +9,6 @@ import numpy as np
 
 from eyehand.control.tasks import AxisAlignment, Interval, LookAt, Orientation, Pose, Task
 
-from .robot_watch import stopped_at_error
-
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
 
@@ -92,6 +90,7 @@ def execute(
     stop: Callable[[RobotReading], str] | None = None,
     ramp_seconds: float = RAMP_SECONDS,
     guarded: bool = False,
+    gentle: bool = False,
 ) -> MotionResult:
     """Move until the controller reaches its goal or the motion ends early, then stop the arm.
 
@@ -112,13 +111,17 @@ def execute(
     guarded
         End as stuck where something holds a joint back. Otherwise an arm that stands still against
         its command is a fault.
+    gentle
+        Brake within the limits when the stop condition is met. Otherwise the arm stops at once, as
+        at a contact.
     """
     end = cell.reading.time + seconds
     infeasible = 0.0
     cell.begin_motion()
     still = np.zeros(len(cell.robot.joints))
+    hard = None if gentle else stop
     start = _SmoothStart(controller, cell.robot.period, ramp_seconds, still)
-    with stopped_at_error(cell.robot):
+    with cell.stopped_at_error():
         while True:
             reading = cell.reading
             if reading.fault:
@@ -128,8 +131,8 @@ def execute(
                 return MotionResult("stopped", cell.touch_fault)
             stop_reason = stop(reading) if stop else ""
             if stop_reason:
-                if stop_reason == NEAR_ENOUGH:
-                    stop_reason = _brake(cell, controller, start, command, stop) or stop_reason
+                if gentle or stop_reason == NEAR_ENOUGH:
+                    stop_reason = _brake(cell, controller, start, command, hard) or stop_reason
                 cell.step(still)
                 return MotionResult("stopped", stop_reason)
             cycle = controller.step(reading.q)
@@ -146,7 +149,7 @@ def execute(
                 late = f"not reached after {seconds:g} s: errors {errors} (m or rad)"
                 result = MotionResult("late", late)
             if result is not None:
-                stop_reason = _brake(cell, controller, start, command, stop)
+                stop_reason = _brake(cell, controller, start, command, hard)
                 cell.step(still)
                 return MotionResult("stopped", stop_reason) if stop_reason else result
             cell.step(start.follow(cycle.velocity), command(reading) if command else None)

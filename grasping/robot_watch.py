@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -49,17 +48,21 @@ class RobotWatch:
 
     These are errors of a driver, readings that are not finite, an arm whose state does not change
     any more, and an arm that does not follow its commands, moves farther or moves against them.
-    After a fault the arm is commanded to stand still.
+    After a fault the arm brakes within its limits. A joint that strays from its command stops at
+    once: it may not brake either.
 
     Parameters
     ----------
     reading
         State of the robot before its first step.
+    acceleration
+        Maximum accelerations of the joints, (n,), rad/s².
     """
 
-    def __init__(self, reading: RobotReading) -> None:
+    def __init__(self, reading: RobotReading, acceleration: NDArray[np.float64]) -> None:
         self.reading = reading
         """Last state of the robot."""
+        self._acceleration, self._velocity = acceleration, np.zeros_like(acceleration)
         self._stale, self._slow, self._long = 0.0, 0, 0
         self._since: float | None = None
         self._start_q = self._path = np.zeros_like(reading.q)
@@ -80,6 +83,7 @@ class RobotWatch:
         """Move for one period, as `Robot.step`, and return the state at its end."""
         if self.reading.fault:
             return self.reading
+        self._velocity = velocity
         try:
             reading, fault = robot.step(velocity, command), ""
         except Exception as error:
@@ -91,15 +95,27 @@ class RobotWatch:
             reading = self.reading
         self.reading = replace(reading, fault=fault)
         if fault:
-            stop(robot)
+            self.stop(robot)
         return self.reading
+
+    def stop(self, robot: Robot) -> None:
+        """Brake the arm, whatever its driver raises."""
+        change = self._acceleration * robot.period
+        with suppress(Exception):
+            while (np.abs(self._velocity) > change).any():
+                self._velocity = self._velocity - np.clip(self._velocity, -change, change)
+                robot.step(self._velocity, None)
+        self._velocity = np.zeros_like(change)
+        with suppress(Exception):
+            robot.step(self._velocity, None)
 
     def _doubt(self, reading: RobotReading, velocity: NDArray[np.float64], robot: Robot) -> str:
         """Return what is wrong with a new state; empty if nothing."""
         if not _usable(reading, len(velocity)):
+            got = " ".join(str(getattr(reading, "q", reading)).split())
             return (
                 f"robot.step() must return a RobotReading with {len(velocity)} finite joint "
-                f"angles, got {getattr(reading, 'q', reading)}"
+                f"angles, got {got}"
             )
         period, passed = robot.period, reading.time - self.reading.time
         if passed > PAUSE_SECONDS:
@@ -107,6 +123,7 @@ class RobotWatch:
         # A driver may take longer than a period, while the arm goes on.
         seconds = min(passed, LONGEST_STEP * period) if passed > 0.0 else period
         if strayed := self._travel.check(reading.q, velocity, seconds, robot.joints):
+            self._velocity = np.zeros_like(velocity)
             return strayed
         if self._travel.slow and not self._warned:
             self._warned = True
@@ -138,22 +155,6 @@ class RobotWatch:
         if distance < FOLLOW_SHARE * path:
             return f"the arm does not follow: it moved {distance:.3f} rad of {path:.2f} commanded"
         return ""
-
-
-@contextmanager
-def stopped_at_error(robot: Robot) -> Iterator[None]:
-    """Command the arm to stand still before an error or Ctrl-C leaves the block."""
-    try:
-        yield
-    except BaseException:
-        stop(robot)
-        raise
-
-
-def stop(robot: Robot) -> None:
-    """Command the arm to stand still for one period, whatever its driver raises."""
-    with suppress(Exception):
-        robot.step(np.zeros(len(robot.joints)), None)
 
 
 def _usable(reading: object, count: int) -> bool:

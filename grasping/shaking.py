@@ -7,7 +7,6 @@ import numpy as np
 from .cell import Cell
 from .held_grip import mean_wrench
 from .pick_state import PickState
-from .robot_watch import stopped_at_error
 
 FREQUENCY = 3.0
 """Approximate frequency of the motion, Hz. Each axis takes a whole number of periods."""
@@ -40,7 +39,7 @@ def shake(cell: Cell, state: PickState, seconds: float) -> None:
     start = cell.reading.time
     third = seconds / 3.0
     rate = 2.0 * np.pi * max(round(FREQUENCY * third), 1) / third
-    with stopped_at_error(cell.robot):
+    with cell.stopped_at_error():
         while (elapsed := cell.reading.time - start) < seconds and not cell.halted:
             axis = min(int(elapsed / third), 2)
             twist = np.zeros(6)

@@ -103,6 +103,7 @@ def _weigh(cell: Cell, state: PickState, palm: RigidTransform) -> PhaseFailure |
         cell.options.time_limit(LIFT_SECONDS),
         command=lambda reading: state.grip_command(cell, reading),
         stop=lambda _: state.lost(cell) or taken_over(),
+        gentle=True,
     )
     if result.end == "stopped" and result.reason != WEIGHED:
         return PhaseFailure("slipped", f"{result.reason} while lifting")
@@ -291,6 +292,7 @@ def _carry(
         stop=stop,
         ramp_seconds=RAMP_SECONDS,
         guarded=state.lowering,
+        gentle=True,
     )
     return MotionResult("reached", "") if result.reason == NEAR_ENOUGH else result
 

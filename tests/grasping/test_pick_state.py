@@ -119,6 +119,18 @@ def test_contact_while_braking_stops_the_arm_at_once(cell):
     assert cell.reading.time - start < 0.18
 
 
+def test_arm_whose_object_is_lost_brakes_within_the_limits(cell):
+    goal = cell.palm_pose().translation + np.array([0.0, 0.2, 0.1])
+    controller = pick_state("precision").move_off(cell, (Position(goal),), speed=1.0)
+    start, commands = cell.reading.time, recorded_commands(cell)
+    lost = execute(
+        cell, controller, 2.0, stop=lambda r: "lost" * (r.time - start > 0.15), gentle=True
+    )
+    assert (lost.end, lost.reason) == ("stopped", "lost")
+    assert max(np.abs(velocity).max() for velocity in commands) > 0.3
+    assert_within_acceleration(cell, commands)
+
+
 def test_bounce_between_the_pads_is_no_loss(cell):
     state = pick_state("precision")
     assert cell.robot.object_width is not None

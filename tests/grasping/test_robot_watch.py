@@ -17,6 +17,7 @@ from eyehand.grasping.robot_watch import RobotWatch
 from .fake_robot import FakeRobot
 
 START = FakeRobot().q
+LIMITS = np.full(len(START), 7.5)
 
 
 class Arm(FakeRobot):
@@ -35,7 +36,7 @@ class Arm(FakeRobot):
 def faults(change, speed=0.3, seconds=1.0):
     """Return the first fault, the time at which it came, s, and the robot."""
     robot = Arm(change)
-    watch = RobotWatch(robot.read())
+    watch = RobotWatch(robot.read(), LIMITS)
     velocity = np.full(len(robot.joints), speed)
     for _ in range(round(seconds / robot.period)):
         reading = watch.step(robot, velocity, None)
@@ -87,7 +88,7 @@ def test_each_end_has_a_name_and_stops_the_arm(change, words, latest):
     fault, time, robot = faults(change)
 
     assert words in fault
-    assert time <= latest + robot.period
+    assert time <= latest + 0.3 / 7.5 + 2 * robot.period
     np.testing.assert_array_equal(robot.velocities[-1], 0.0)
 
 
@@ -124,7 +125,7 @@ def test_late_arm_that_reverses_has_no_fault(delay, peak):
         return replace(states[-1 - delay], time=reading.time)
 
     arm = Arm(delayed)
-    watch = RobotWatch(arm.read())
+    watch = RobotWatch(arm.read(), LIMITS)
     for velocity in motions(arm.period, peak, np.random.default_rng(delay)):
         assert not watch.step(arm, np.full(len(arm.joints), velocity), None).fault
         assert not watch.held_back
@@ -133,7 +134,7 @@ def test_late_arm_that_reverses_has_no_fault(delay, peak):
 def test_push_in_a_former_motion_is_no_fault_of_the_next():
     """A contact holds the joints back by 0.25 rad; then the arm moves back."""
     arm = Arm(lambda robot, r: replace(r, q=r.q - min(0.25, max(0.0, robot.time - 0.5))))
-    watch = RobotWatch(arm.read())
+    watch = RobotWatch(arm.read(), LIMITS)
     for speed, seconds in ((0.5, 1.0), (-0.5, 1.0)):
         watch.begin_motion()
         for _ in range(round(seconds / arm.period)):
@@ -157,7 +158,7 @@ def blocked(robot, reading):
 )
 def test_joint_that_is_held_back_is_named_at_a_small_angle(change, words):
     arm = Arm(change)
-    watch = RobotWatch(arm.read())
+    watch = RobotWatch(arm.read(), LIMITS)
     while not watch.held_back:
         assert not watch.step(arm, np.full(len(arm.joints), 0.2), None).fault
     assert re.match(f"something holds joint {words}", watch.held_back)
@@ -168,7 +169,7 @@ def test_joint_that_is_held_back_is_named_at_a_small_angle(change, words):
 def test_arm_at_half_its_speed_is_not_held_back_but_named(caplog):
     """Some arms scale all speeds."""
     arm = Arm(faster(0.5))
-    watch = RobotWatch(arm.read())
+    watch = RobotWatch(arm.read(), LIMITS)
     for _ in range(round(5.0 / arm.period)):
         assert not watch.step(arm, np.full(len(arm.joints), 0.2), None).fault
         assert not watch.held_back
@@ -195,12 +196,15 @@ def test_arm_that_goes_on_while_its_driver_is_slow_has_no_fault_but_a_warning(ca
 
 def test_stopped_robot_receives_no_more_commands():
     robot = Arm(lambda arm, reading: replace(reading, fault="the emergency stop is pressed"))
-    watch = RobotWatch(robot.read())
+    watch = RobotWatch(robot.read(), LIMITS)
     for _ in range(5):
         watch.step(robot, np.full(len(robot.joints), 0.3), None)
 
     assert watch.reading.fault == "the emergency stop is pressed"
-    assert len(robot.velocities) == 2
+    braking = np.abs(np.diff(robot.velocities, axis=0)) / robot.period
+    assert len(robot.velocities) <= 2 + round(0.3 / (7.5 * robot.period))
+    assert braking.max() <= 7.5 + 1e-9
+    assert not robot.velocities[-1].any()
 
 
 def test_error_of_the_last_stop_does_not_hide_the_fault():
