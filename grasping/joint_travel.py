@@ -20,6 +20,9 @@ what `LATE` explains."""
 FAR_SHARE, FAR_MARGIN = 1.5, 0.1
 """A joint moves too far if it turns by more than this share of the command and this margin, rad,
 beyond what `LATE` explains."""
+MOVES = 0.002
+"""Rotation within `LATE` above which a joint moves, rad. One that stands still is not too fast: an
+arm that freezes in a motion is behind, also where its command turns back."""
 HELD_BACK, BLOCKED_SHARE = 0.05, 0.25
 """A joint is held back if it is behind by more than this angle, rad, beyond what twice `LATE`
 explains, and moved less than this share of its command within the last `LATE` seconds. Messages of
@@ -91,6 +94,7 @@ class JointTravel:
         back = -moved * np.sign(self._commanded)
         against = (travel > MIN_TRAVEL) & (back > BACK_SHARE * travel + slack)
         too_far = np.abs(moved) > FAR_SHARE * travel + FAR_MARGIN + slack
+        too_far &= np.abs(q - self._recent[0].start) > MOVES
         if (against | too_far).any():
             k = int(np.argmax(against | too_far))
             numbers = f"it moved {moved[k]:.2f} rad, commanded were {self._commanded[k]:.2f}"

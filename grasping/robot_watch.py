@@ -11,6 +11,7 @@ import numpy as np
 
 from eyehand.errors import EyehandError
 
+from .follow_delay import FollowDelay
 from .joint_travel import JointTravel
 from .robot import RobotReading
 
@@ -36,6 +37,9 @@ PAUSE_SECONDS = 1.0
 SLOW_SHARE, SLOW_CYCLES = 2, 20
 """Number of successive steps, each longer than this many periods, after which a slow driver is
 named. The limits of the acceleration hold for the period."""
+MAX_DELAY = 0.05
+"""Delay of the arm behind its commands above which it is named, s. At 80 ms the arm swings about
+its goal."""
 CLOCK_SHARE, CLOCK_CYCLES = 100, 5
 """Number of successive steps, each longer than this many periods, after which the arm's clock is in
 a wrong unit. Planning takes as long between two steps, but not five times."""
@@ -67,6 +71,7 @@ class RobotWatch:
         self._since: float | None = None
         self._start_q = self._path = np.zeros_like(reading.q)
         self._travel, self._warned = JointTravel(reading.q), False
+        self._delay = FollowDelay()
 
     def begin_motion(self) -> None:
         """Compare the joints with their commands from the present state on."""
@@ -98,6 +103,19 @@ class RobotWatch:
             self.stop(robot)
         return self.reading
 
+    def _note_delay(
+        self, q: NDArray[np.float64], velocity: NDArray[np.float64], seconds: float
+    ) -> None:
+        if not self._delay.seconds:
+            self._delay.add(q, velocity, seconds)
+            if self._delay.seconds > MAX_DELAY:
+                _log.warning(
+                    "the arm follows its commands %.0f ms late; it may swing: up to %.0f ms are "
+                    "tested",
+                    1e3 * self._delay.seconds,
+                    1e3 * MAX_DELAY,
+                )
+
     def stop(self, robot: Robot) -> None:
         """Brake the arm, whatever its driver raises."""
         change = self._acceleration * robot.period
@@ -122,6 +140,7 @@ class RobotWatch:
             self._travel = JointTravel(reading.q)
         # A driver may take longer than a period, while the arm goes on.
         seconds = min(passed, LONGEST_STEP * period) if passed > 0.0 else period
+        self._note_delay(reading.q, velocity, seconds)
         if strayed := self._travel.check(reading.q, velocity, seconds, robot.joints):
             self._velocity = np.zeros_like(velocity)
             return strayed
