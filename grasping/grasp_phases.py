@@ -239,8 +239,10 @@ def _close_once(cell: Cell, state: PickState) -> tuple[PhaseFailure | None, floa
     if closing.state == "stalled" or (jaws and closing.state == "closing"):
         slow = cell.reading.time >= latest
         what = f"still closes after {SLOW_SECONDS:g} s," if slow else "stopped"
-        width = 1e3 * cell.hand.width(cell.reading.hand)
-        return PhaseFailure("hand_stalled", f"the hand {what} at {width:.0f} mm"), side
+        effort = getattr(cell.reading.hand, "effort", None)
+        force = "" if effort is None else f" and {effort:.1f} N"
+        at = f"{1e3 * cell.hand.width(cell.reading.hand):.0f} mm{force}"
+        return PhaseFailure("hand_stalled", f"the hand {what} at {at}"), side
     reason = SLIPPED_OUT if touched else "the hand closed without an object"
     return PhaseFailure("empty_close", reason), side
 

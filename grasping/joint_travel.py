@@ -21,7 +21,7 @@ FAR_SHARE, FAR_MARGIN = 1.5, 0.1
 """A joint moves too far if it turns by more than this share of the command and this margin, rad,
 beyond what `LATE` explains."""
 MOVES = 0.002
-"""Rotation within `LATE` above which a joint moves, rad. One that stands still is not too fast: an
+"""Rotation within `LATE` above which a joint moves, rad. One that stands still does not stray: an
 arm that freezes in a motion is behind, also where its command turns back."""
 HELD_BACK, BLOCKED_SHARE = 0.05, 0.25
 """A joint is held back if it is behind by more than this angle, rad, beyond what twice `LATE`
@@ -94,9 +94,9 @@ class JointTravel:
         back = -moved * np.sign(self._commanded)
         against = (travel > MIN_TRAVEL) & (back > BACK_SHARE * travel + slack)
         too_far = np.abs(moved) > FAR_SHARE * travel + FAR_MARGIN + slack
-        too_far &= np.abs(q - self._recent[0].start) > MOVES
-        if (against | too_far).any():
-            k = int(np.argmax(against | too_far))
+        strays = (against | too_far) & (np.abs(q - self._recent[0].start) > MOVES)
+        if strays.any():
+            k = int(np.argmax(strays))
             numbers = f"it moved {moved[k]:.2f} rad, commanded were {self._commanded[k]:.2f}"
             if too_far[k]:
                 return (

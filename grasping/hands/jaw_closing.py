@@ -87,13 +87,9 @@ class JawClosing:
         motion = self._motion
         if motion.still < STILL_SECONDS:
             return
-        if reading.effort is None:
-            # Without effort, jaws that never moved cannot have touched anything.
-            least = STILL_WIDTH + MOVED_NOISES * motion.noise
-            contact = self._start - motion.width > least
-        else:
-            contact = reading.effort >= EFFORT_SHARE * force
-        if contact:
+        # Jaws that never moved cannot have touched anything, or their width is not measured.
+        moved = self._start - motion.width > STILL_WIDTH + MOVED_NOISES * motion.noise
+        if moved and (reading.effort is None or reading.effort >= EFFORT_SHARE * force):
             self.state, self.touched, self._elapsed = "gripping", True, 0.0
         elif motion.still > STALL_SECONDS:
             self.state = "stalled"

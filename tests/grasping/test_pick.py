@@ -183,6 +183,7 @@ def test_robot_fault_stops_clearing_with_reason():
     report, _ = run(robot, [box()])
     assert report.picks[0].outcome == "fault"
     assert report.stop_reason == "the arm has lost its power"
+    assert report.remaining == ("object 1: not tried",)
     assert robot.time < 1.1
 
 

@@ -131,6 +131,33 @@ def test_late_arm_that_reverses_has_no_fault(delay, peak):
         assert not watch.held_back
 
 
+def test_arm_that_is_too_late_is_named(caplog):
+    """80 ms, known to 5 ms: a constant command shows no more."""
+    states = []
+
+    def delayed(arm, reading):
+        states.append(reading)
+        return replace(states[max(len(states) - 21, 0)], time=reading.time)
+
+    assert not faults(delayed, speed=0.6)[0]
+    assert "follows its commands 85 ms late" in caplog.text
+
+
+def test_arm_that_freezes_does_not_stray():
+    """It freezes at 0.4 rad; the controller turns its command back."""
+    states = []
+
+    def frozen(arm, reading):
+        states.append(reading.q)
+        return replace(reading, q=states[:100][-1])
+
+    arm = Arm(frozen)
+    watch = RobotWatch(arm.read(), LIMITS)
+    for k in range(400):
+        watch.step(arm, np.full(len(arm.joints), 1.0 if k < 100 else -1.0), None)
+    assert "does not follow" in watch.reading.fault
+
+
 def test_push_in_a_former_motion_is_no_fault_of_the_next():
     """A contact holds the joints back by 0.25 rad; then the arm moves back."""
     arm = Arm(lambda robot, r: replace(r, q=r.q - min(0.25, max(0.0, robot.time - 0.5))))

@@ -85,6 +85,14 @@ def test_jaws_that_do_not_move_are_stalled(effort):
     assert close(Jaws(0.04, effort, stalled=True)).state == "stalled"
 
 
+def test_effort_without_motion_is_no_contact():
+    """A gripper whose measured width stays at the stroke; it held objects, and let go too high."""
+    closing = JawClosing(HAND, GripOptions(load=0.1))
+    for _ in range(300):
+        closing.step(JawReading(HAND.stroke, 20.0), DT)
+    assert closing.state == "stalled"
+
+
 def test_width_that_falls_to_empty_is_lost():
     jaws = Jaws(0.04)
     closing = close(jaws)
