@@ -31,14 +31,15 @@ def test_unlabelled_thing_near_an_object_is_background():
 def test_thin_post_is_background_but_a_column_of_mixed_readings_is_not():
     post = Box(0.1, 0.72, (0.004, 0.004, 0.14))
     frame, truth = solid_frame([THING, post], (Plate(),), CAMERA, known_pose=True)
-    assert frame.T_world_camera is not None
+    world = frame.T_world_camera
+    assert world is not None
     depth = frame.depth.copy()
     depth[100:300, 120] = 0.6
     frame = replace(frame, depth=depth)
     found = replace(segment(frame), labels=(truth == 1).astype(np.int32))
-    cloud = frame.T_world_camera.apply(frame.points()[truth == 1].astype(np.float64))
-    points = background_points(frame, found, frame.T_world_camera, [cloud])
-    at = T_TABLE_CAMERA.apply(frame.T_world_camera.inv().apply(points))
+    cloud = world.apply(frame.points()[truth == 1].astype(np.float64))
+    points = background_points(frame, found, world, [cloud])
+    at = T_TABLE_CAMERA.apply(world.inv().apply(points))
     assert len(at) > 20
     assert (np.abs(at[:, :2] - [post.x, post.y]) < 0.006).all()
 
