@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 
     from .cell import Cell
     from .failed_grasps import FailedGrasps, FailedObject
+    from .jaws import JawOptions
     from .plan import GraspPlan
 
     Candidate = tuple[float, SceneObject, GraspPlan]
@@ -47,6 +48,9 @@ WARNED_WEIGHT = {"cut_by_image": 0.3, "may_be_several": 0.5, "may_be_background"
 """Weight of the score of an object with a warning of this kind. Its solid may be wrong, so that
 objects without a warning go first. A later image may show it better."""
 
+MANY_GRASPS = 24
+"""Number of grasps of jaws on each object that are tried if the arm reaches none of the best. Those
+may have one and the same approach."""
 MIN_HOLD = 0.5
 """Minimum probability that a grasp holds by contact mechanics. Less probable ones go last, also
 after other grasps of objects with a failure. The score does not see round ends: fingers that close
@@ -161,7 +165,11 @@ def _stages(
     """
     hand = cell.robot.hand
     if isinstance(hand, ParallelHand):
-        yield _jaw_candidates(cell, hand, scene, items, skipped)
+        jaws = cell.options.jaws
+        yield _jaw_candidates(hand, scene, items, jaws, skipped)
+        more = replace(jaws, per_object=max(jaws.per_object, MANY_GRASPS))
+        rest: dict[int, str] = {}
+        yield _jaw_candidates(hand, scene, items, more, rest, jaws.per_object)
         return
     doubt = next((one.message for one in scene.warnings if one.kind in REFUSED_WARNINGS), "")
     if doubt:
@@ -255,14 +263,18 @@ def _opposed_candidates(hand: HandModel, scene: Scene, labels: Collection[int]) 
 
 
 def _jaw_candidates(
-    cell: Cell,
     hand: ParallelHand,
     scene: Scene,
     items: Sequence[SceneObject],
+    options: JawOptions,
     skipped: dict[int, str],
+    known: int = 0,
 ) -> Candidates:
-    """Return score, object and plan of each safe grasp of jaws; note refusals."""
-    grasps = plan_grasps(scene, hand, cell.options.jaws)
+    """Return score, object and plan of each safe grasp of jaws; note refusals.
+
+    The best ``known`` grasps of each object are left out.
+    """
+    grasps = plan_grasps(scene, hand, options)
     up = np.array([0.0, 0.0, 1.0]) if scene.support is None else scene.support.normal
     found: Candidates = []
     for item in items:
@@ -272,7 +284,7 @@ def _jaw_candidates(
             reasons = [reason for grasp in mine for reason in grasp.forbidden_by]
             reasons = reasons or list(grasps.rejected.get(item.label, {}))
             skipped[item.label] = f"no safe grasp: {', '.join(dict.fromkeys(reasons))}"
-        for grasp in safe:
+        for grasp in (one for one in mine[known:] if one.safe):
             found += [(plan.score.total, item, plan) for plan in jaw_plans(hand, grasp, item, up)]
     return found
 

@@ -82,7 +82,7 @@ def is_reachable(
     moved = 0.0
     for leg, tasks in enumerate(legs):
         controller = ApproachController(world, tasks, simulated)
-        reason = "no time left"
+        reason = f"not there after {MAX_SECONDS:g} s"
         for _ in range(round(MAX_SECONDS / PERIOD)):
             cycle = controller.step(q)
             if cycle.status not in ("moving", "too_near"):
