@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,7 +14,7 @@ from eyehand.apps.grasp.ground_truth_scene import ground_truth_scene
 from eyehand.control.tasks import Orientation, Position
 from eyehand.data_synth.scenes import TabletopObject
 from eyehand.errors import InputError
-from eyehand.grasping import grasp_selection
+from eyehand.grasping import JawOptions, grasp_selection, load_hand
 from eyehand.grasping.cell import Cell
 from eyehand.grasping.clearing import HOME_SPEED, ClearOptions, clear_table, move_home
 from eyehand.grasping.failed_grasps import FailedGrasps
@@ -392,3 +394,23 @@ def test_object_that_slipped_is_gripped_with_full_force_where_it_fell():
     assert soft is not None
     assert firm is not None
     assert (soft.firm, firm.firm) == (False, True)
+
+
+def test_more_grasps_of_jaws_are_tried_where_none_of_the_best_is_reached(monkeypatch):
+    """The best three of a box beside the arm's base had one approach."""
+    cell = trial_cell(FakeRobot(), [box()])
+    scene, jaws = cell.perceive(cell.robot.capture()), JawOptions(depth_error=0.005)
+    robot: Any = SimpleNamespace(hand=load_hand("panda"))
+    options = PickOptions(jaws=jaws)
+    arm: Any = SimpleNamespace(robot=robot, options=options, enter=lambda _: None)
+    seen: list[tuple[float, ...]] = []
+
+    def first_three_are_out_of_reach(_cell, state, _worlds):
+        position = tuple(state.plan.tasks[0].point.round(6))
+        if position not in seen:
+            seen.append(position)
+        return "out of reach" if len(seen) <= jaws.per_object else ""
+
+    monkeypatch.setattr(grasp_selection, "check_reachability", first_three_are_out_of_reach)
+    assert select_grasp(arm, scene).grasp is not None
+    assert len(seen) == jaws.per_object + 1
