@@ -268,7 +268,7 @@ def _note(fitted: FittedCloud) -> str:
         notes.append(f"wrong size: {end.format(1e3 * abs(beyond))} the mesh")
     solid = fit.superquadric
     if solid is not None and any(solid.taper):
-        notes.append("taper " + " ".join(f"{k:.2f}" for k in solid.taper))
+        notes.append("size of the middle; taper " + " ".join(f"{k:.2f}" for k in solid.taper))
     return "; ".join(notes)
 
 

@@ -303,4 +303,4 @@ def _height(scene: Scene, tray: Tray) -> str:
     if scene.support is None:
         return ""
     above = float(scene.support.normal @ tray.centre + scene.support.offset)
-    return f"; the tray's floor is {1e3 * above:.0f} mm above the table"
+    return f"; the tray's floor is {1e3 * above:z.0f} mm above the table"

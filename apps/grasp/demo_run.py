@@ -18,7 +18,6 @@ from eyehand.grasping import (
     clear_table,
 )
 
-from ..console import say
 from .bench.trial import GraspTrial, Scorer
 from .demo_record import DemoRecord, Recorder
 
@@ -90,7 +89,6 @@ def run_demo(
         scorer.on_pick(choice, report)
         if report is not None:
             reports.append(report)
-            say(f"pick {len(reports)}: {report}")
         with observing():
             for observer in following:
                 observer.on_pick(choice, report)
