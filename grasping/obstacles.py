@@ -1,4 +1,4 @@
-"""Convert a scene to obstacles: table, walls, other objects, occluded and unknown space."""
+"""Convert a scene to obstacles: table, walls, objects, occluded and unknown space, background."""
 
 from __future__ import annotations
 
@@ -35,6 +35,11 @@ MAX_SHRINK_SHARE = 0.6
 """Maximum shrinkage as a share of an object's smallest semi-axis. Its core stays an obstacle."""
 MIN_HALF_THICKNESS = 0.002
 """Half the thickness of the box around coplanar points, m."""
+BACKGROUND_SIDE, MAX_BACKGROUND = 0.05, 48
+"""Side of the cells whose readings of no object become a box, m, and their maximum number. More
+cells follow such surfaces closer, and slow down the arm's control. Larger cells replace them."""
+MIN_READINGS = 4
+"""Minimum number of readings of such a cell. Fewer are noise."""
 MESH_RESOLUTION = 24
 """Points around the mesh of a superquadric. Its chords cut off 1 mm of a radius of 60 mm."""
 
@@ -59,13 +64,14 @@ def scene_obstacles(
     -------
     tuple of Obstacle
         Obstacles in the scene's frame: ``table``, ``wall N`` of a container, ``unknown N``,
-        ``object N`` by label, ``object N, part 2`` and so on for its further solids, and
-        ``behind N``. The last one is the convex space between an object, its occluded space and
-        the table. Growth and occluded space never close the gap between an object and the
-        target. A region without readings that overlaps the target is no obstacle.
+        ``object N`` by label, ``object N, part 2`` and so on for its further solids,
+        ``background N`` around readings of no object, and ``behind N``. The last one is the convex
+        space between an object, its occluded space and the table. Growth and occluded space never
+        close the gap between an object and the target. What overlaps the target, of regions
+        without readings and of the background, is no obstacle.
     """
-    obstacles = []
     target_points = hull_points(target) if target is not None else None
+    obstacles = []
     if scene.support is not None:
         obstacles.append(_table(scene))
     walls = [wall for container in scene.containers for wall in container.walls]
@@ -74,6 +80,7 @@ def scene_obstacles(
         if target_points is None or separating_slab(region.corners, target_points).width > 0.0:
             shape = ConvexMesh(region.corners)
             obstacles.append(Obstacle(f"unknown {number}", shape, RigidTransform.identity()))
+    obstacles += _background(scene.background, target_points)
     for item in scene.objects:
         if target is not None and item.label == target.label:
             continue
@@ -129,9 +136,30 @@ def _object(
     try:
         return [Obstacle(name, ConvexMesh(points), RigidTransform.identity())]
     except InputError:
-        half = np.maximum(0.5 * np.ptp(points, axis=0), MIN_HALF_THICKNESS)
-        middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
-        return [Obstacle(name, Box(half), RigidTransform.from_translation(middle))]
+        return [_box_around(points, name)]
+
+
+def _background(points: NDArray[np.float64], target: NDArray[np.float64] | None) -> list[Obstacle]:
+    """Return boxes around readings of no object (N, 3), m, apart from those at the target."""
+    side, index, count = BACKGROUND_SIDE, np.zeros(0, np.int64), np.zeros(0, np.int64)
+    while len(points):
+        _, index, count = np.unique(
+            np.floor(points / side), axis=0, return_inverse=True, return_counts=True
+        )
+        if len(count) <= MAX_BACKGROUND:
+            break
+        side *= 1.5
+    parts = [points[index.ravel() == k] for k in np.flatnonzero(count >= MIN_READINGS)]
+    if target is not None:
+        parts = [part for part in parts if separating_slab(part, target).width > 0.0]
+    return [_box_around(part, f"background {k}") for k, part in enumerate(parts, start=1)]
+
+
+def _box_around(points: NDArray[np.float64], name: str) -> Obstacle:
+    """Return the box along the axes around points (N, 3), m."""
+    half = np.maximum(0.5 * np.ptp(points, axis=0), MIN_HALF_THICKNESS)
+    middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
+    return Obstacle(name, Box(half), RigidTransform.from_translation(middle))
 
 
 def _occluded_space(

@@ -11,7 +11,7 @@ from scipy.spatial import ConvexHull
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.control import Box, ConvexMesh, Cylinder, Ellipsoid, Sphere
-from eyehand.grasping.obstacles import scene_obstacles
+from eyehand.grasping.obstacles import MAX_BACKGROUND, scene_obstacles
 from eyehand.grasping.occlusion import hull_points
 from eyehand.perception import (
     Container,
@@ -220,3 +220,18 @@ def test_unknown_region_is_an_obstacle_except_around_the_target():
     (found,) = (one for one in scene_obstacles(whole, apart) if one.name == "unknown 1")
     assert depth_inside(found, np.array([[0.0, 0.0, 0.05]]))[0] > 0.02
     assert "unknown 1" not in {one.name for one in scene_obstacles(whole, there)}
+
+
+@pytest.mark.parametrize("height", [0.2, 0.6])
+def test_boxes_enclose_readings_of_no_object_except_at_the_target(height):
+    rng = np.random.default_rng(0)
+    there, apart = item(1, "box", [0.0, 0.0, 0.03], rng), item(2, "box", [0.2, 0.0, 0.03], rng)
+    board = rng.uniform([-0.3, 0.12, 0.02], [0.3, 0.122, height], (4000, 3))
+    stray, shift = np.array([[0.0, 0.3, 0.2]]), np.array([0.0, 0.01, 0.0])
+    whole = replace(scene(there, apart), background=np.vstack([board, there.points, stray]))
+    boxes = [one for one in scene_obstacles(whole, there) if one.name.startswith("background")]
+    assert 10 < len(boxes) <= MAX_BACKGROUND
+    assert np.max([depth_inside(box, board) for box in boxes], axis=0).min() > -1e-6
+    assert np.max([depth_inside(box, board + shift) for box in boxes]) < 0.0
+    assert np.max([depth_inside(box, there.points) for box in boxes]) < 0.0
+    assert np.max([depth_inside(box, stray) for box in boxes]) < 0.0
