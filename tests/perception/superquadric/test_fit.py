@@ -92,6 +92,25 @@ def test_refinement_lowers_criterion(monkeypatch):
     assert fine.candidates[0].criterion < rough.candidates[0].criterion
 
 
+def test_box_that_grows_with_its_sharp_edges_keeps_the_others(monkeypatch):
+    _, points, plane = make_cloud(*KINDS[3], np.random.default_rng(2))
+    sharp = fit_superquadric(points, view_origin=VIEW, support_plane=plane).superquadric
+    descent = finish_module.levenberg_marquardt
+
+    def growing(problem, start, *rest):
+        end, cost, steps = descent(problem, start, *rest)
+        grown = start.exponents[0] == BOX_EXPONENT
+        return end._replace(log_axes=end.log_axes + 0.5 * grown), cost, steps
+
+    monkeypatch.setattr(finish_module, "levenberg_marquardt", growing)
+    kept = fit_superquadric(points, view_origin=VIEW, support_plane=plane).superquadric
+    assert sharp is not None
+    assert kept is not None
+    assert sharp.exponents == (BOX_EXPONENT, BOX_EXPONENT)
+    assert kept.exponents == (0.1, 0.1)
+    assert kept.semi_axes == pytest.approx(sharp.semi_axes, abs=0.002)
+
+
 def test_solid_of_a_whole_bowl_ends_at_its_rim():
     rng = np.random.default_rng(5)
     shell = rng.normal(size=(3000, 3))
