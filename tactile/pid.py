@@ -24,6 +24,8 @@ class PidLaw(NamedTuple):
     """m/s."""
     max_speed: float
     """m/s."""
+    lead: float
+    """Lead of the derivative part, s."""
 
 
 @njit(cache=True)
@@ -37,7 +39,7 @@ def pid_speed(settings, memory, feature, error, law, dt):
     slope = (error - memory[last]) / dt if memory[HAS_LAST] > 0.0 else 0.0
     memory[last] = error
     before = memory[total]
-    speed = law.gain * (error + settings.derivative_time * slope) + before
+    speed = law.gain * (error + law.lead * slope) + before
     growth = law.gain / settings.integral_time * error * dt
     low, high = law.min_speed, law.max_speed
     if settings.anti_windup == 0.0:

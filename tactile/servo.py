@@ -301,6 +301,7 @@ def _settings(options: ServoOptions) -> ServoSettings:
         window=options.window,
         orientation_window=ORIENTATION_WINDOW,
         press_gain=options.press_loop_gain(),
+        rest_gain=options.rest_loop_gain(),
         slide_gain=options.slide_loop_gain(),
         roll_gain=options.roll_loop_gain(),
         turn_gain=options.turn_loop_gain(),

@@ -17,7 +17,9 @@ class ServoSettings(NamedTuple):
     orientation_window: float
     """Samples of the orientation average."""
     press_gain: float
-    """Loop gain of pressing, 1/s; the gain Kp is this over the stiffness."""
+    """Loop gain of pressing while the pad lands, 1/s; the gain Kp is this over the stiffness."""
+    rest_gain: float
+    """The same after the landing, 1/s."""
     slide_gain: float
     """Loop gain of sliding, 1/s."""
     roll_gain: float

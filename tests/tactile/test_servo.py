@@ -9,11 +9,11 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from eyehand.errors import InputError
-from eyehand.tactile import ContactFeatures
+from eyehand.tactile import ContactFeatures, servo_options
 from eyehand.tactile import servo as servo_module
 from eyehand.tactile.selection import EDGE, EXPLORE, PRESETS, PRESS, ROLL, TRACK, SelectionMatrix
 from eyehand.tactile.servo import ServoGoal, TactileServo
-from eyehand.tactile.servo_kernels import MAX_ROLL_RATIO, RETREAT_SPEED
+from eyehand.tactile.servo_kernels import ESTIMATE_SHARE, MAX_ROLL_RATIO, RETREAT_SPEED
 from eyehand.tactile.servo_options import ServoOptions
 
 from .closed_loop import DT, OBJECTS, World, ball, box, rod
@@ -308,6 +308,34 @@ def test_motion_of_object_does_not_bias_stiffness_estimate(speed):
     assert np.mean(pressures[400:]) == pytest.approx(1000.0, abs=60.0)
 
 
+def test_more_gain_after_landing_holds_an_object_that_comes(monkeypatch):
+    """A box comes at 8 mm/s. The gain is doubled at rest, but at most half the stability limit."""
+    peaks = []
+    for factor in (1.0, servo_options.REST_FACTOR):
+        monkeypatch.setattr(servo_options, "REST_FACTOR", factor)
+        world = World(*OBJECTS["box"], position=np.array([0.0, 0.0, -0.001]))
+        servo = TactileServo(selection=PRESS)
+        run(world, servo, 1.0)
+        peaks.append(0.0)
+        for cycle in range(500):
+            features = world.features()
+            peaks[-1] = max(peaks[-1], features.pressure)
+            world.step(servo.step(features, DT).twist)
+            world.position[2] -= min(cycle / 250, 1.0) * 0.008 * DT
+    assert peaks[1] - 1000.0 < 0.6 * (peaks[0] - 1000.0)
+    slow = ServoOptions(latency=7, arm_lag=0.05, stability_share=0.4)
+    assert slow.rest_loop_gain() == pytest.approx(1.25 * slow.press_loop_gain())
+
+
+def test_estimated_place_is_approached_with_less_gain_and_without_an_integral():
+    options = ServoOptions(shear_lever=0.004)
+    servo, still = TactileServo(options=options), np.zeros(6)
+    speeds = [servo.step(touch(x=3e-4), DT, None, still).twist[0] for _ in range(250)]
+    assert speeds[0] == pytest.approx(3e-4 * options.slide_loop_gain())
+    assert speeds[-1] == pytest.approx(ESTIMATE_SHARE * speeds[0])
+    assert servo.step(touch(x=6e-4), DT, None, still).twist[0] > speeds[-1]
+
+
 def test_pressure_recovers_after_followed_object_stops():
     """The integral term then causes an error outside its own band, which must still decay."""
     height, stiffness = OBJECTS["box"]
@@ -315,7 +343,7 @@ def test_pressure_recovers_after_followed_object_stops():
     options = ServoOptions(known_stiffness=1.4e6, press_gain=8.0)
     servo, peak = TactileServo(selection=PRESS, options=options), 0.0
     run(world, servo, 1.0)
-    for cycle in range(1500):
+    for cycle in range(1600):
         features = world.features()
         peak = max(peak, features.pressure)
         world.step(servo.step(features, DT).twist)
@@ -346,14 +374,14 @@ def test_centre_recovers_after_sliding_object_stops(axis):
 def test_integral_shrinks_outside_its_band(errors):
     """Outside the band, the integral never grows and never changes its sign."""
     servo = TactileServo(selection=PRESS, options=ServoOptions(known_stiffness=1e7, window=1))
-    for _ in range(50):
+    for _ in range(100):
         servo.step(touch(pressure=900.0), DT)
     integral = servo.step(touch(pressure=1000.0), DT).twist[2]
     assert integral > 0.0
     for error in errors:
         if abs(error) <= 200.0:
             continue
-        gain = servo.options.press_loop_gain() / 1e7
+        gain = servo.options.rest_loop_gain() / 1e7
         expected = servo.step(touch(pressure=1000.0 + error), DT).twist[2]
         now = servo.step(touch(pressure=1000.0), DT).twist[2]
         assert 0.0 <= now <= integral + 1e-15
