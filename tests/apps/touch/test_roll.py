@@ -27,7 +27,7 @@ def test_tilted_pad_rolls_flat_twice_and_keeps_contact(tmp_path, run_experiment)
 
 
 def test_landing_that_ends_early_leaves_the_others():
-    ended = roll_once(0, "harsh")
+    ended = roll_once(6, "harsh")
     assert ended.run.outcome == "oscillation"
     trials, counts = lasting([roll_once(2), ended])
     assert (counts["trials"], counts["ended_early"]) == (1, 1)
