@@ -165,8 +165,7 @@ def _observe(run: _Clearing) -> Step | None:
     _log.info("image %d: %s", run.observations, problem)
     run.report_last_pick()
     run.stop_reason = fault or problem
-    placed = run.grasp.target.label if run.grasp is not None and run.picks[-1] else None
-    run.remaining = _not_tried(run, placed)
+    run.remaining = _left(run, ())
     return None
 
 
@@ -247,15 +246,23 @@ def _stop(run: _Clearing) -> None:
     assert run.scene is not None, "the scene is valid"
     if run.over_tray:
         run.move_home()
-    run.remaining = run.selection.skipped or _not_tried(run)
+    run.remaining = _left(run, run.selection.skipped)
     run.report_last_pick()
     run.stop_reason = run.cell.reading.fault or run.stop_reason
 
 
-def _not_tried(run: _Clearing, placed: int | None = None) -> tuple[str, ...]:
-    """List the objects of the last valid scene without the one that was put into the tray."""
-    objects = () if run.scene is None else run.scene.objects
-    return tuple(f"object {item.label}: {NOT_TRIED}" for item in objects if item.label != placed)
+def _left(run: _Clearing, skipped: tuple[str, ...]) -> tuple[str, ...]:
+    """List the objects of the last valid scene that are not in the tray, each with the reason."""
+    left = {one.partition(":")[0]: one for one in skipped}
+    grasp = run.grasp
+    for item in () if run.scene is None else run.scene.objects:
+        name, reason = f"object {item.label}", NOT_TRIED
+        if grasp is not None and grasp.scene is run.scene and item.label == grasp.target.label:
+            if run.picks[-1]:
+                continue
+            reason = run.picks[-1].outcome
+        left.setdefault(name, f"{name}: {reason}")
+    return tuple(left.values())
 
 
 def _stop_reason(run: _Clearing) -> str:

@@ -10,15 +10,19 @@ import numpy as np
 from ..frame import CameraIntrinsics
 from .calibration_board import BoardView
 
-MIN_CONTRADICTION = 0.02
-"""Difference of a focal length, in focal lengths, and of the principal point, in image sizes, below
-which intrinsics are right. Those of depth cameras are right to 0.5 %."""
+MIN_CONTRADICTION, MIN_DOUBT = 0.02, 0.005
+"""Differences of a focal length, in focal lengths, and of the principal point, in image sizes, from
+which intrinsics are wrong, and doubtful. Those of depth cameras are right to 0.5 %."""
 SIGMAS = 4.0
 """Difference in its standard deviations from which the images contradict the intrinsics."""
 
 
-def contradicted_intrinsics(views: Sequence[BoardView], camera: CameraIntrinsics) -> str:
-    """Return how the images contradict the intrinsics; empty if they do not.
+def contradicted_intrinsics(
+    views: Sequence[BoardView], camera: CameraIntrinsics
+) -> tuple[str, bool]:
+    """Return how the images contradict the intrinsics, and whether these are certainly wrong.
+
+    The text is empty if they do not.
 
     The method of Zhang ("A flexible new technique for camera calibration", 2000) estimates focal
     lengths and principal point from the images alone. It needs tilted views: otherwise the standard
@@ -43,14 +47,15 @@ def contradicted_intrinsics(views: Sequence[BoardView], camera: CameraIntrinsics
             flags=cv2.CALIB_USE_INTRINSIC_GUESS | rigid,
         )
     except cv2.error:
-        return ""
+        return "", False
     given = np.array([camera.fx, camera.fy, camera.cx, camera.cy])
     found = matrix[[0, 1, 0, 1], [0, 1, 2, 2]]
-    least = MIN_CONTRADICTION * np.array([camera.fx, camera.fy, *size])
-    if not (abs(found - given) > np.maximum(least, SIGMAS * sigmas.ravel()[:4])).any():
-        return ""
+    share = abs(found - given) / np.array([camera.fx, camera.fy, *size])
+    share[abs(found - given) < SIGMAS * sigmas.ravel()[:4]] = 0.0
+    if share.max() < MIN_DOUBT:
+        return "", False
     values = [", ".join(f"{value:.0f}" for value in k) for k in (found, given)]
     return (
         f"the images of the board show fx, fy, cx, cy = {values[0]} px, and the camera file says "
         f"{values[1]}: write the intrinsics of these images, which must be without distortion"
-    )
+    ), bool(share.max() >= MIN_CONTRADICTION)

@@ -138,8 +138,9 @@ def calibrate_hand_eye(
             f"the wrist turns about one axis only (spread {np.rad2deg(spread):.1f}°, at least "
             f"{np.rad2deg(MIN_SPREAD):.0f}° needed): tilt it about a second axis by 20° or more",
         )
-    if reason := contradicted_intrinsics([views[i] for i in used], camera):
-        return _failed(count, reason)
+    doubt, wrong = contradicted_intrinsics([views[i] for i in used], camera)
+    if wrong:
+        return _failed(count, doubt)
     start, board = _start(wrist_poses, seen, options.camera_on)
     bundle = Bundle(
         views, RigidTransform.concatenate(list(wrist_poses)), camera, options.camera_on == "wrist"
@@ -163,6 +164,7 @@ def calibrate_hand_eye(
         reason="",
         board_scale=scaled.scale,
         board_scale_error=scaled.scale_error,
+        warning=doubt,
     )
     least = max(WRONG_SCALE, WRONG_SCALE_SIGMAS * scaled.scale_error)
     if abs(scaled.scale - 1.0) > least and _fits(scaled):
@@ -176,7 +178,7 @@ def calibrate_hand_eye(
             "the images do not check the size of the board, because its distance varies too "
             "little: measure the squares, or vary the distance by a third"
         )
-        return replace(result, warning=warning)
+        return replace(result, warning="; ".join(filter(None, (doubt, warning))))
     return result
 
 

@@ -16,8 +16,8 @@ from .ros_messages import RosWriter, load_ros, ros_header, ros_transform, ros_wr
 
 SUFFIX = ".mcap"
 """Suffix of recordings."""
-TOPIC, TF = "/camera/depth", "/tf"
-"""Topics of the depth images and of the camera's pose."""
+TOPIC, TF, TF_STATIC = "/camera/depth", "/tf", "/tf_static"
+"""Topics of the depth images, and of a pose of the camera that changes, or does not."""
 WORLD, CAMERA = "world", "camera"
 """Names of the coordinate frames."""
 

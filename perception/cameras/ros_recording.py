@@ -21,7 +21,7 @@ from ..io.input_file import naming
 from ..io.intrinsics import CameraFile, intrinsics_from_matrix, read_camera_file
 from ..io.png import decode_depth
 from .mcap_file import check_mcap
-from .ros_frames import TF, WORLD, colour_topic
+from .ros_frames import TF, TF_STATIC, WORLD, colour_topic
 from .ros_messages import load_ros
 
 IMAGE, COMPRESSED, INFO = (
@@ -46,7 +46,8 @@ class RosRecording:
 
     Depth is 16UC1 in mm or 32FC1 in m. Lens distortion is corrected by the nearest reading. A topic
     `colour` beside the depth gives the colour of its pixels, and a transform from `world` to the
-    frame of the depth images the pose of the camera, as `write_ros_frames` writes them.
+    frame of the depth images the pose of the camera, as `write_ros_frames` writes them. It is the
+    last one before the image in the file, or one of `/tf_static`.
 
     Parameters
     ----------
@@ -92,6 +93,9 @@ class RosRecording:
             info = next((message for _, message in self._messages([self._info])), None)
         number, colour = -1, None
         poses: dict[str, RigidTransform] = {}
+        for _, message in self._messages([TF_STATIC]):
+            with self._damage():
+                poses |= _world_poses(message)
         for topic, message in self._messages([self.topic, self._colour, TF]):
             if topic == TF:
                 with self._damage():

@@ -15,7 +15,13 @@ from scipy.spatial.transform import RigidTransform, Rotation
 from eyehand.errors import InputError
 from eyehand.perception import CameraIntrinsics, DepthFrame
 from eyehand.perception.cameras import RosRecording, write_ros_frames
-from eyehand.perception.cameras.ros_messages import DEFINITIONS, definition, ros_header, ros_writer
+from eyehand.perception.cameras.ros_messages import (
+    DEFINITIONS,
+    definition,
+    ros_header,
+    ros_transform,
+    ros_writer,
+)
 
 pytest.importorskip("mcap_ros2", reason="recordings of ROS 2 need the extra [ros]")
 
@@ -100,6 +106,18 @@ def test_colour_and_pose_are_read_back(tmp_path, depth):
         np.testing.assert_array_equal(one.colour, colour)
         np.testing.assert_allclose(one.T_world_camera.as_matrix(), pose.as_matrix(), atol=1e-14)
     assert bare.colour is None
+
+
+def test_static_pose_counts_wherever_it_stands_in_the_file(tmp_path, depth):
+    pose = RigidTransform.from_translation([0.1, -0.2, 0.9])
+    static = {"transforms": [ros_transform(0.0, "world", "camera", pose)]}
+    with ros_writer(tmp_path / "a.mcap") as writer:
+        writer.write("/camera/depth/camera_info", "sensor_msgs/CameraInfo", camera_info(), 0.0)
+        writer.write(TOPIC, "sensor_msgs/Image", image(depth, "32FC1"), 0.0)
+        writer.write("/tf_static", "tf2_msgs/TFMessage", static, 0.1)
+    read = only_frame(tmp_path / "a.mcap", topic=TOPIC)
+    assert read.T_world_camera is not None
+    np.testing.assert_array_equal(read.T_world_camera.as_matrix(), pose.as_matrix())
 
 
 def write_colour(path, depth, pixels, encoding, **changes):
