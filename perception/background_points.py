@@ -22,10 +22,10 @@ COLUMNS = 320
 EDGE = 1
 """Readings of that image nearer than this to an object are left out, px: they mix the object and
 what is behind it."""
-MIN_ALIKE = 4
-"""Minimum number of the 8 neighbours of a reading, in the whole image, at nearly its distance. A
-column of readings that mix foreground and background has 2; a post of 2 columns has 5, and its
-ends 3."""
+MIN_ALIKE, MIN_ALIKE_FRONT = 4, 2
+"""Minimum number of the 8 neighbours of a reading, in the whole image, at nearly its distance, and
+of one without a nearer neighbour. A column of readings that mix foreground and background has 2,
+and a nearer neighbour. A post of 2 columns has 5, and one of 1 column 2."""
 ALIKE = 0.01
 """Maximum difference of such a neighbour, as a share of the distance."""
 MAX_POINTS = 8000
@@ -74,8 +74,8 @@ def background_points(
         height = np.abs(height) if number else height
         free &= height > max(MIN_HEIGHT, 3.0 * plane.tolerance)
     v, u = np.nonzero(free)
-    alike = _alike_neighbours(frame.depth, step * v, step * u) >= MIN_ALIKE
-    v, u = v[alike], u[alike]
+    pure = _unmixed(frame.depth, step * v, step * u)
+    v, u = v[pure], u[pure]
     z = depth[v, u].astype(np.float64)
     points = T_scene_camera.apply(
         np.column_stack([(u - k.cx) / k.fx * z, (v - k.cy) / k.fy * z, z])
@@ -86,18 +86,14 @@ def background_points(
     return points[:: max(ceil(len(points) / MAX_POINTS), 1)]
 
 
-def _alike_neighbours(
+def _unmixed(
     depth: NDArray[np.float32], v: NDArray[np.intp], u: NDArray[np.intp]
-) -> NDArray[np.intp]:
-    """Return how many of the 8 neighbours of pixels (K,), (K,) are at nearly their distance."""
-    padded = np.pad(depth, 1)
-    own = depth[v, u]
-    return np.sum(
-        [
-            np.abs(padded[v + 1 + dv, u + 1 + du] - own) < ALIKE * own
-            for dv in (-1, 0, 1)
-            for du in (-1, 0, 1)
-            if dv or du
-        ],
-        axis=0,
-    )
+) -> NDArray[np.bool_]:
+    """Return which readings at pixels (K,), (K,) do not mix foreground and background, (K,)."""
+    padded, own = np.pad(depth, 1), depth[v, u]
+    around = [(dv, du) for dv in (0, 1, 2) for du in (0, 1, 2) if (dv, du) != (1, 1)]
+    neighbours = np.array([padded[v + dv, u + du] for dv, du in around])
+    farther = neighbours - own
+    alike = (np.abs(farther) < ALIKE * own).sum(axis=0)
+    behind = ((neighbours > 0) & (farther < -ALIKE * own)).any(axis=0)
+    return (alike >= MIN_ALIKE) | ((alike >= MIN_ALIKE_FRONT) & ~behind)

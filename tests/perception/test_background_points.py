@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from synthetic_solids import T_TABLE_CAMERA, Box, Plate, solid_frame
 
 from eyehand.perception import CameraIntrinsics, segment
@@ -28,18 +29,22 @@ def test_unlabelled_thing_near_an_object_is_background():
     assert at[:, 2].max() > BOARD.size[2] - 0.02
 
 
-def test_thin_post_is_background_but_a_column_of_mixed_readings_is_not():
-    post = Box(0.1, 0.72, (0.004, 0.004, 0.14))
+@pytest.mark.parametrize("width", [0.0025, 0.004])
+def test_thin_post_is_background_but_a_column_of_mixed_readings_is_not(width):
+    post = Box(0.1, 0.72, (width, width, 0.14))
     frame, truth = solid_frame([THING, post], (Plate(),), CAMERA, known_pose=True)
     world = frame.T_world_camera
     assert world is not None
     depth = frame.depth.copy()
-    depth[100:300, 120] = 0.6
+    depth[100:300, 110:120], depth[100:300, 120] = 0.5, 0.56
     frame = replace(frame, depth=depth)
     found = replace(segment(frame), labels=(truth == 1).astype(np.int32))
     cloud = world.apply(frame.points()[truth == 1].astype(np.float64))
-    points = background_points(frame, found, world, [cloud])
-    at = T_TABLE_CAMERA.apply(world.inv().apply(points))
+    camera = world.inv().apply(background_points(frame, found, world, [cloud]))
+    near = np.abs(camera[:, 2] - 0.5) < 0.001
+    assert near.any()
+    assert (np.abs(camera[:, 2] - 0.56) > 0.01).all()
+    at = T_TABLE_CAMERA.apply(camera[~near])
     assert len(at) > 20
     assert (np.abs(at[:, :2] - [post.x, post.y]) < 0.006).all()
 
