@@ -26,6 +26,9 @@ MIN_ALIKE, MIN_ALIKE_FRONT = 4, 2
 """Minimum number of the 8 neighbours of a reading, in the whole image, at nearly its distance, and
 of one without a nearer neighbour. A column of readings that mix foreground and background has 2,
 and a nearer neighbour. A post of 2 columns has 5, and one of 1 column 2."""
+THIN_WEIGHT = 5
+"""Number of times that a reading of a thing one pixel wide is returned. Planners leave out the 4
+deepest readings as noise, and so few may be all of it that is in the hand."""
 ALIKE = 0.01
 """Maximum difference of such a neighbour, as a share of the distance."""
 MAX_POINTS = 8000
@@ -74,8 +77,8 @@ def background_points(
         height = np.abs(height) if number else height
         free &= height > max(MIN_HEIGHT, 3.0 * plane.tolerance)
     v, u = np.nonzero(free)
-    pure = _unmixed(frame.depth, step * v, step * u)
-    v, u = v[pure], u[pure]
+    counts = _weights(frame.depth, step * v, step * u)
+    v, u = np.repeat(v, counts), np.repeat(u, counts)
     z = depth[v, u].astype(np.float64)
     points = T_scene_camera.apply(
         np.column_stack([(u - k.cx) / k.fx * z, (v - k.cy) / k.fy * z, z])
@@ -86,14 +89,15 @@ def background_points(
     return points[:: max(ceil(len(points) / MAX_POINTS), 1)]
 
 
-def _unmixed(
+def _weights(
     depth: NDArray[np.float32], v: NDArray[np.intp], u: NDArray[np.intp]
-) -> NDArray[np.bool_]:
-    """Return which readings at pixels (K,), (K,) do not mix foreground and background, (K,)."""
+) -> NDArray[np.int64]:
+    """Return how often readings at pixels (K,), (K,) count, (K,): 0 for those that mix depths."""
     padded, own = np.pad(depth, 1), depth[v, u]
     around = [(dv, du) for dv in (0, 1, 2) for du in (0, 1, 2) if (dv, du) != (1, 1)]
     neighbours = np.array([padded[v + dv, u + du] for dv, du in around])
     farther = neighbours - own
     alike = (np.abs(farther) < ALIKE * own).sum(axis=0)
     behind = ((neighbours > 0) & (farther < -ALIKE * own)).any(axis=0)
-    return (alike >= MIN_ALIKE) | ((alike >= MIN_ALIKE_FRONT) & ~behind)
+    thin = (alike >= MIN_ALIKE_FRONT) & ~behind
+    return np.where(alike >= MIN_ALIKE, 1, np.where(thin, THIN_WEIGHT, 0))

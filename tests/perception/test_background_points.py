@@ -43,6 +43,7 @@ def test_thin_post_is_background_but_a_column_of_mixed_readings_is_not(width):
     camera = world.inv().apply(background_points(frame, found, world, [cloud]))
     near = np.abs(camera[:, 2] - 0.5) < 0.001
     assert near.any()
+    assert len(np.unique(camera, axis=0)) < len(camera), "a thin thing counts more"
     assert (np.abs(camera[:, 2] - 0.56) > 0.01).all()
     at = T_TABLE_CAMERA.apply(camera[~near])
     assert len(at) > 20
