@@ -5,7 +5,8 @@ converts features to a twist of the sensor. :class:`TouchPhases` moves the pad t
 supervises the servo, and backs off. :class:`CableFollower` and :class:`ContourFollower` compute an
 external twist along the surface, which the servo adds. :func:`calibrate` computes the
 :class:`Calibration` of a pad from a :class:`BenchRun`. :func:`save_calibration` and
-:func:`load_calibration` write and read it.
+:func:`load_calibration` write and read it. :func:`flat_press_gains` measures how the gains have
+changed since.
 
 Equation and section numbers refer to Haschke's chapter.
 """
@@ -21,6 +22,7 @@ from .contour_progress import ContourOptions
 from .contour_step import ContourPoint
 from .feature_reader import FeatureReader
 from .features import ContactFeatures, FeatureOptions, contact_features, contact_region
+from .flat_press import flat_press_gains
 from .friction_pull import FrictionPull
 from .glove import Glove, HandFeatures
 from .grip_laws import GripLaw, GripReading, LoadGrip, LoadGripOptions, SlipGrip
@@ -85,6 +87,7 @@ __all__ = [
     "fit_creep",
     "fit_decoder",
     "fit_memory",
+    "flat_press_gains",
     "hough_axis",
     "identify_timing",
     "load_calibration",

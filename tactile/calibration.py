@@ -164,6 +164,24 @@ class Calibration:
         off = abs(np.median(raw, axis=0) - self.rest) > DEAD_SIGMAS * self.noise
         return replace(self, dead=self.dead | off)
 
+    def with_gains(self, gains: NDArray[np.float64]) -> Calibration:
+        """Return a copy for tactels whose gains have changed since; it divides by the gains.
+
+        Parameters
+        ----------
+        gains
+            Pressure of each tactel by this calibration over its true pressure, (N,), > 0, from
+            :func:`flat_press_gains`.
+
+        Raises
+        ------
+        InputError
+            If there is not one gain > 0 per tactel.
+        """
+        if gains.shape != self.rest.shape or not ((gains > 0) & np.isfinite(gains)).all():
+            raise InputError(f"gains must be {len(self.rest)} values > 0, got {gains.shape}")
+        return replace(self, pressures=self.pressures / gains[:, None])
+
     def _checked(self, raw: NDArray[np.integer]) -> NDArray[np.integer]:
         if raw.shape != self.rest.shape or raw.dtype.kind not in "ui":
             raise InputError(

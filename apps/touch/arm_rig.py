@@ -24,11 +24,13 @@ from eyehand.data_synth.pad import (
     PadScene,
     PadSimulation,
     SensorModel,
+    TactileReadout,
     padded_arm,
     run_bench,
 )
 from eyehand.errors import InputError
 from eyehand.tactile import (
+    Calibration,
     ContactFeatures,
     FeatureOptions,
     FeatureReader,
@@ -71,6 +73,9 @@ class RigOptions:
     """Sensor model of the pads, and of the joints' backlash."""
     memory: FoamMemory | None = None
     """Memory of the foam, which is removed from the place of a contact."""
+    gains: NDArray[np.float64] | None = None
+    """Relative gains of the tactels since the bench, (N,), which all pads' calibrations divide by.
+    Default: as on the bench."""
 
     def __post_init__(self) -> None:
         if not (0 <= self.lag < np.inf and self.latency >= 0):
@@ -183,7 +188,7 @@ class ArmRig:
             PadArm(
                 _robot(arm, scene.pad),
                 FeatureReader(
-                    calibrate(run_bench(readout, seed=seed)), pad.array, features, o.memory, CYCLE
+                    _calibration(readout, seed, o.gains), pad.array, features, o.memory, CYCLE
                 ),
                 q,
             )
@@ -265,6 +270,13 @@ def home_pose() -> RigidTransform:
     robot = _robot(Arm(), PadOptions())
     state = robot.at(robot.home)
     return RigidTransform.from_components(state.position, Rotation.from_matrix(state.rotation))
+
+
+def _calibration(
+    readout: TactileReadout, seed: int, gains: NDArray[np.float64] | None
+) -> Calibration:
+    calibration = calibrate(run_bench(readout, seed=seed))
+    return calibration if gains is None else calibration.with_gains(gains)
 
 
 def _robot(arm: Arm, pad: PadOptions) -> RobotModel:

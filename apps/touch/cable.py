@@ -38,10 +38,12 @@ SPEED_COLOURS = (BLUE, VERMILION)
 def experiment_cable(arguments: TrialArguments | None = None) -> int:
     """Follow cables of unknown shape along a table, at 50 and at 200 mm/s.
 
-    The pad lands beside the cable's middle line and not quite parallel to it, presses with 2 N, and
-    follows the cable to its end. The path of the pad, from the arm's joints, is compared with the
-    cable's true middle line. The chapter shows a photograph (Fig. 10). Writes cable.png, which
-    shows the first cable, and cable.csv. Runs 5 cables, or 1 with --quick.
+    Each pad that is not ideal first presses a flat plate once, because the gains of its tactels
+    have changed since the bench. The pad lands beside the cable's middle line and not quite
+    parallel to it, presses with 2 N, and follows the cable to its end. The path of the pad, from
+    the arm's joints, is compared with the cable's true middle line. The chapter shows a photograph
+    (Fig. 10). Writes cable.png, which shows the first cable, and cable.csv. Runs 5 cables, or 1
+    with --quick.
     """
     return run_trials(CABLE, _measure, arguments)
 

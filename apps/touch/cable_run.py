@@ -24,7 +24,7 @@ from eyehand.tactile import (
 
 from .arm_rig import CYCLE, ArmRig, RigOptions, SensorName, home_pose
 from .cable_shapes import CABLE_RADIUS, SPACING, CableShape, cable_shape
-from .commissioning import commissioned
+from .commissioning import commissioned, pressed_gains
 from .start_posture import facing_down, start_posture
 
 FORCE = 2.0
@@ -73,7 +73,7 @@ class CableRun:
 
 
 def run_cable(seed: int, speed: float, sensor: SensorName = "good") -> CableRun:
-    """Land a pad on a cable and follow it to its end.
+    """Press a flat plate for the gains of the pad, land it on a cable and follow it to its end.
 
     Parameters
     ----------
@@ -123,7 +123,8 @@ def _rig_over_cable(
     pad: tuple[int, SensorName],
 ) -> ArmRig:
     """Return the rig with the pad, drawn by seed and sensor model, above the landing point."""
-    seed, options = pad[0], RigOptions(sensor=pad[1])
+    seed, sensor = pad
+    options = RigOptions(sensor=sensor, gains=pressed_gains(sensor, seed))
     first = round(LANDING_LENGTH / SPACING)
     along = shape.direction(first)
     offset = rng.uniform(-OFFSET, OFFSET) * np.array([-np.sin(along), np.cos(along)])

@@ -1,9 +1,10 @@
 """A pad that is commissioned by one press."""
 
+import numpy as np
 import pytest
 
 from eyehand.apps.touch.arm_rig import CYCLE, RigOptions
-from eyehand.apps.touch.commissioning import commissioned, press_timing
+from eyehand.apps.touch.commissioning import commissioned, press_timing, pressed_gains
 from eyehand.data_synth.pad import SENSORS
 
 
@@ -19,3 +20,11 @@ def test_press_shows_delay_and_lag(sensor):
 def test_only_sheared_foam_has_a_lever():
     assert commissioned("good").shear_lever == 0.0
     assert commissioned("real").shear_lever > 0.0
+
+
+def test_flat_press_shows_the_spread_of_the_gains():
+    for sensor in ("good", "real"):
+        gains = pressed_gains(sensor, 1)
+        assert gains is not None
+        assert np.log(gains).std() == pytest.approx(SENSORS[sensor].gain_spread, abs=0.02)
+    assert pressed_gains("ideal", 1) is None
