@@ -13,6 +13,7 @@ from eyehand.control.tasks import AxisAlignment, Orientation, Position, Task
 from eyehand.perception import SuperquadricFit
 
 from .cell import Cell
+from .hands import ParallelHand
 from .held_grip import MIN_WEIGHT, STEADY_SECONDS
 from .motion import NEAR_ENOUGH, Controller, MotionResult, execute
 from .pick_state import (
@@ -26,8 +27,10 @@ from .plan import GraspPlan
 from .robot import RobotReading
 from .shaking import shake, shake_off
 from .tray_plan import (
+    JAW_DEPTH,
     SIDE_COSINE,
     UP,
+    WALL_DISTANCE,
     HeldSize,
     TrayPlace,
     added_items,
@@ -228,7 +231,9 @@ def _put_down(
     above: float,
 ) -> _PutDown:
     """Plan the place of the object; its centre is released a height above what is under it, m."""
-    place = plan_place(cell.tray, cell.tray_content, size)
+    jaws = isinstance(cell.robot.hand, ParallelHand)
+    distance = 0.5 * cell.hand.max_opening + JAW_DEPTH if jaws else WALL_DISTANCE
+    place = plan_place(cell.tray, cell.tray_content, size, distance)
     free = place.below + cell.options.drop_height
     low = place.position + (free + above) * UP
     high = low + max(cell.tray_height + TRAY_CLEARANCE - free, 0.0) * UP

@@ -21,7 +21,10 @@ if TYPE_CHECKING:
 
 UP = np.array([0.0, 0.0, 1.0])
 WALL_DISTANCE = 0.055
-"""Minimum distance of a place from the walls, m. The hand must fit between object and wall."""
+"""Minimum distance of a place from the walls for a hand with fingers, m. The hand must fit between
+object and wall."""
+JAW_DEPTH = 0.025
+"""Depth of a jaw behind its pad, m. Jaws that open must not reach the wall."""
 GRID_STEP = 0.010
 """Distance of the places that are tried, m."""
 FREE_GAP = 0.020
@@ -98,7 +101,9 @@ def laid_size(upright: HeldSize, thickness: float) -> HeldSize:
     return HeldSize(max(half, upright.radius), thickness, 0.5 * thickness, thickness)
 
 
-def plan_place(tray: Tray, content: Sequence[TrayItem], size: HeldSize) -> TrayPlace:
+def plan_place(
+    tray: Tray, content: Sequence[TrayItem], size: HeldSize, wall_distance: float = WALL_DISTANCE
+) -> TrayPlace:
     """Return the lowest place for an object, free of the content if there is room.
 
     An object that may topple goes so far from the walls that it falls into the tray. Others fill
@@ -106,7 +111,7 @@ def plan_place(tray: Tray, content: Sequence[TrayItem], size: HeldSize) -> TrayP
     """
     half = 0.5 * np.asarray(tray.size)
     # The centre of an object that topples comes to rest half its height beside its place.
-    reach = max(size.radius, 0.5 * size.height if size.unstable else 0.0, WALL_DISTANCE)
+    reach = max(size.radius, 0.5 * size.height if size.unstable else 0.0, wall_distance)
     ends = np.maximum(half - reach, 0.0)
     x, y = (np.linspace(-end, end, 2 * int(end / GRID_STEP) + 1) for end in ends)
     grid = np.array(np.meshgrid(x, y, indexing="ij")).reshape(2, -1).T

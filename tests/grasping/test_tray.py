@@ -77,3 +77,13 @@ def test_invalid_trays_are_rejected(wrong):
     given = {"centre": np.zeros(3), "size": (0.2, 0.3), "wall_height": 0.05} | wrong
     with pytest.raises(InputError):
         Tray(**given)
+
+
+def test_wide_jaws_stay_farther_from_the_walls():
+    """Between a can and a wall, the jaws of a Panda could not open."""
+    size = HeldSize(0.03, 0.06, 0.05, 0.1)
+    for distance in (0.055, 0.07):
+        place = plan_place(TRAY, (), size, distance)
+        room = 0.5 * np.array(TRAY.size) - np.abs(place.position[:2] - TRAY.centre[:2])
+        assert room.min() == pytest.approx(distance, abs=0.01)
+        assert (room >= distance - 1e-9).all()
