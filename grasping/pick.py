@@ -9,6 +9,7 @@ import numpy as np
 from .cell import Cell
 from .grasp_phases import approach, close, contact, grip, pre_grasp
 from .hands.hand_control import HeldState
+from .motion import unexpected_contact
 from .pick_state import PhaseFailure, PickState, SelectedGrasp
 from .report import Phase, PickReport
 from .transport_phases import check, lift, place
@@ -50,8 +51,11 @@ def pick_object(cell: Cell, grasp: SelectedGrasp) -> PickReport:
     if failure is not None and failure.outcome == "touch_lost":
         cell.ignore_touch()
     stalled = failure is not None and failure.outcome == "hand_stalled"
-    # Jaws that keep the object over the tray have been waited for.
-    if failure is not None and failure.outcome != "fault" and not (stalled and phase == "place"):
+    # Jaws that keep the object over the tray have been waited for. A hand that is still on its way
+    # touches nothing, and a motion off ignores obstacles.
+    free = phase == "pre-grasp" and not unexpected_contact(cell, cell.reading)
+    done = free or (stalled and phase == "place")
+    if failure is not None and failure.outcome != "fault" and not done:
         if stalled:
             # Late jaws may still follow earlier commands.
             cell.wait(LATE_JAWS, cell.hand.opened())

@@ -9,6 +9,7 @@ from scipy.spatial.transform import RigidTransform
 from eyehand.apps.grasp.ground_truth_scene import ground_truth_scene
 from eyehand.data_synth.scenes import TabletopObject
 from eyehand.grasping import grasp_phases
+from eyehand.grasping import pick as pick_phases
 from eyehand.grasping.cell import Cell
 from eyehand.grasping.clearing import ClearOptions, clear_table
 from eyehand.grasping.hands.finger_control import FingerControl
@@ -254,3 +255,14 @@ def test_object_sticking_to_open_hand_is_shaken_off_over_tray():
     failed = first_pick(stuck, [box()], [])
     assert failed.outcome == "place_failed"
     assert "hangs on thumb_distal" in failed.reason
+
+
+@pytest.mark.parametrize(("phase", "moved_off"), [("pre-grasp", False), ("approach", True)])
+def test_hand_on_its_way_is_not_moved_off(phase, moved_off, monkeypatch):
+    """That motion ignores obstacles: an arm that was late at the pre-grasp hit the table."""
+    calls = []
+    late = ((phase, lambda *_: PhaseFailure("stuck", "not reached after 9 s")),)
+    monkeypatch.setattr(pick_phases, "PHASES", late)
+    monkeypatch.setattr(PickState, "release", lambda *_: calls.append(phase))
+    assert first_pick(FakeRobot(), [box()], []).outcome == "stuck"
+    assert bool(calls) == moved_off
