@@ -25,9 +25,10 @@ SPREAD_POINTS = 300
 """Points from which the spread of the candidates is computed."""
 MAX_ITERATIONS = 60
 """Steps of the last descent of the selected solid."""
-MAX_EDGE_CHANGE = 0.004
-"""Maximum change of a semi-axis by sharper edges, m. Exact boxes change by at most 1.6 mm. From
-8 mm on, boxes grow along a side that the view does not show: their edges stay."""
+MAX_EDGE_CHANGE = 0.08
+"""Maximum change of a semi-axis by sharper edges, as a share of the cloud's radius (root mean
+square), about 4 mm for a box of 100 mm. Exact boxes change by at most 1.6 mm. Boxes that change
+more grow along a side that the view does not show: their edges stay."""
 
 
 class FinishFit(Protocol):
@@ -61,7 +62,7 @@ def refine_model(model: CandidateModel, problem: FitProblem, options: FitOptions
     if model.kind == "box":
         start = start._replace(exponents=np.array([BOX_EXPONENT, BOX_EXPONENT]))
     shape, cost, _ = levenberg_marquardt(problem, start, columns, bounds, MAX_ITERATIONS)
-    change = np.abs(np.exp(shape.log_axes) - np.exp(start.log_axes)).max() * problem.unit
+    change = np.abs(np.exp(shape.log_axes) - np.exp(start.log_axes)).max()
     if model.kind == "box" and change > MAX_EDGE_CHANGE:
         shape, cost, _ = levenberg_marquardt(problem, model.shape, columns, bounds, MAX_ITERATIONS)
     return model._replace(
