@@ -52,8 +52,8 @@ class RobotWatch:
 
     These are errors of a driver, readings that are not finite, an arm whose state does not change
     any more, and an arm that does not follow its commands, moves farther or moves against them.
-    After a fault the arm brakes within its limits. A joint that strays from its command stops at
-    once: it may not brake either.
+    After a fault the arm brakes within its limits. The next command is 0 at once if the arm has
+    stopped itself or stands still, or if a joint strays from its command: it may not brake either.
 
     Parameters
     ----------
@@ -95,7 +95,9 @@ class RobotWatch:
             # A driver raises what its library raises, often a RuntimeError.
             _log.debug("the robot's driver failed", exc_info=True)
             reading, fault = self.reading, f"the robot's driver failed: {one_line(error)}"
-        fault = fault or getattr(reading, "fault", "") or self._doubt(reading, velocity, robot)
+        if stopped := getattr(reading, "fault", ""):
+            self._velocity = np.zeros_like(velocity)
+        fault = fault or stopped or self._doubt(reading, velocity, robot)
         if not _usable(reading, len(self._path)):
             reading = self.reading
         self.reading = replace(reading, fault=fault)
@@ -119,13 +121,16 @@ class RobotWatch:
     def stop(self, robot: Robot) -> None:
         """Brake the arm, whatever its driver raises."""
         change = self._acceleration * robot.period
-        with suppress(Exception):
-            while (np.abs(self._velocity) > change).any():
-                self._velocity = self._velocity - np.clip(self._velocity, -change, change)
+        try:
+            with suppress(Exception):
+                while (np.abs(self._velocity) > change).any():
+                    self._velocity = self._velocity - np.clip(self._velocity, -change, change)
+                    robot.step(self._velocity, None)
+        finally:
+            # Also after a second Ctrl-C, while the arm brakes.
+            self._velocity = np.zeros_like(change)
+            with suppress(Exception):
                 robot.step(self._velocity, None)
-        self._velocity = np.zeros_like(change)
-        with suppress(Exception):
-            robot.step(self._velocity, None)
 
     def _doubt(self, reading: RobotReading, velocity: NDArray[np.float64], robot: Robot) -> str:
         """Return what is wrong with a new state; empty if nothing."""
@@ -172,6 +177,7 @@ class RobotWatch:
         path = float(np.linalg.norm(self._path))
         distance = float(np.linalg.norm(reading.q - self._start_q))
         if distance < FOLLOW_SHARE * path:
+            self._velocity = np.zeros_like(velocity)
             return f"the arm does not follow: it moved {distance:.3f} rad of {path:.2f} commanded"
         return ""
 
