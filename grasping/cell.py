@@ -165,6 +165,11 @@ class Cell:
         """Which joint something holds back, such as an object under the hand; empty if none."""
         return self._watch.held_back
 
+    @property
+    def held_seconds(self) -> float:
+        """Time for which it has held a joint back without a break, s."""
+        return self._watch.held_seconds
+
     def begin_motion(self) -> None:
         """Compare the joints with their commands from the present state on."""
         self._watch.begin_motion()

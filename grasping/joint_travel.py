@@ -53,14 +53,18 @@ class JointTravel:
         self._time, self._last = 0.0, self._start
         self.held_back = ""
         """Which joint something holds back, and how far it is behind; empty if none."""
+        self.held_seconds = 0.0
+        """Time for which something has held a joint back without a break, s."""
         self.slow = ""
         """Which joint last moved less than commanded over a whole window; empty if none."""
+        self._held = 0
         self._recent: deque[_Step] = deque()
 
     def restart(self) -> None:
         """Start all windows anew, for a new motion."""
         self._start, self._start_speed = self._last, self._fastest()
         self._commanded, self.held_back = np.zeros_like(self._start), ""
+        self.held_seconds = 0.0
 
     def check(
         self,
@@ -111,6 +115,7 @@ class JointTravel:
         behind = np.sign(self._commanded) * (self._commanded - moved) - slack
         done = travel > WINDOW
         self._note_delay(q, behind, done, joints)
+        self.held_seconds = self.held_seconds + seconds if self.held_back else 0.0
         self._start = np.where(done, q, self._start)
         self._start_speed = np.where(done, fastest, self._start_speed)
         self._commanded = np.where(done, 0.0, self._commanded)
@@ -129,11 +134,15 @@ class JointTravel:
             moved = q[k] - self._start[k]
             return f"it moved {moved:.2f} of {self._commanded[k]:.2f} rad commanded"
 
-        held = np.where(self._blocked(q), behind, 0.0)
+        blocked = self._blocked(q)
+        held = np.where(blocked, behind, 0.0)
         k = int(np.argmax(held))
-        self.held_back = ""
+        # A new window does not free a joint.
+        if not blocked[self._held]:
+            self.held_back = ""
         # `behind` leaves out one `LATE`.
         if held[k] > HELD_BACK + LATE * (self._start_speed + self._fastest())[k]:
+            self._held = k
             self.held_back = (
                 f"something holds joint {joints[k]} back: {numbers(k)}. It may touch something, or "
                 "the driver is slow: it must take rad/s, and add to the last command, not to the "

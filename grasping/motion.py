@@ -24,7 +24,7 @@ MotionEnd = Literal["reached", "stuck", "late", "stopped", "fault"]
 """End of a motion.
 
 - reached: the goal is reached.
-- stuck: the controller finds no way to continue, or something holds a guarded motion back.
+- stuck: the controller finds no way to continue, or something holds a joint back.
 - late: the time limit is over.
 - stopped: the stop condition is met.
 - fault: the robot stopped itself.
@@ -34,6 +34,8 @@ ROTATION_TASKS = (AxisAlignment, LookAt, Orientation)
 """Tasks whose error is an angle."""
 INFEASIBLE_SECONDS = 0.3
 """Time for which a motion may violate its margins, s. Shorter violations end by themselves."""
+HELD_SECONDS = 0.2
+"""Time for which something may hold a joint back in free space, s."""
 RAMP_SECONDS = 0.05
 """Time in which the acceleration of a motion rises to its limit, s."""
 TURN_SPEED = 3.5
@@ -109,8 +111,8 @@ def execute(
     ramp_seconds
         Time in which the acceleration rises to its limit, s.
     guarded
-        End as stuck where something holds a joint back. Otherwise an arm that stands still against
-        its command is a fault.
+        End as stuck as soon as something holds a joint back. A motion in free space ends after
+        `HELD_SECONDS`: its joints are fast, and messages of a network that bunch look the same.
     gentle
         Brake within the limits when the stop condition is met. Otherwise the arm stops at once, as
         at a contact.
@@ -142,7 +144,7 @@ def execute(
                 result = MotionResult("reached", "")
             elif cycle.status == "stuck" or infeasible > INFEASIBLE_SECONDS:
                 result = MotionResult("stuck", cycle.reason)
-            elif guarded and cell.held_back:
+            elif cell.held_back and (guarded or cell.held_seconds > HELD_SECONDS):
                 result = MotionResult("stuck", cell.held_back)
             elif reading.time >= end:
                 errors = ", ".join(f"{error:.3g}" for error in cycle.errors)

@@ -69,6 +69,7 @@ class RobotWatch:
         self._acceleration, self._velocity = acceleration, np.zeros_like(acceleration)
         self._stale, self._slow, self._long = 0.0, 0, 0
         self._since: float | None = None
+        self._newest = reading.time
         self._start_q = self._path = np.zeros_like(reading.q)
         self._travel, self._warned = JointTravel(reading.q), False
         self._delay = FollowDelay()
@@ -81,6 +82,11 @@ class RobotWatch:
     def held_back(self) -> str:
         """Which joint something holds back; empty if none."""
         return self._travel.held_back
+
+    @property
+    def held_seconds(self) -> float:
+        """Time for which it has held a joint back without a break, s."""
+        return self._travel.held_seconds
 
     def step(
         self, robot: Robot, velocity: NDArray[np.float64], command: AnyCommand | None
@@ -140,15 +146,18 @@ class RobotWatch:
                 f"robot.step() must return a RobotReading with {len(velocity)} finite joint "
                 f"angles, got {got}"
             )
-        period, passed = robot.period, reading.time - self.reading.time
+        # After a newer state an older one may arrive. No time passes with it.
+        period, passed = robot.period, reading.time - self._newest
+        self._newest = max(self._newest, reading.time)
         if passed > PAUSE_SECONDS:
             self._travel = JointTravel(reading.q)
         # A driver may take longer than a period, while the arm goes on.
-        seconds = min(passed, LONGEST_STEP * period) if passed > 0.0 else period
-        self._note_delay(reading.q, velocity, seconds)
-        if strayed := self._travel.check(reading.q, velocity, seconds, robot.joints):
-            self._velocity = np.zeros_like(velocity)
-            return strayed
+        if passed > 0.0:
+            seconds = min(passed, LONGEST_STEP * period)
+            self._note_delay(reading.q, velocity, seconds)
+            if strayed := self._travel.check(reading.q, velocity, seconds, robot.joints):
+                self._velocity = np.zeros_like(velocity)
+                return strayed
         if self._travel.slow and not self._warned:
             self._warned = True
             _log.warning("%s; check the driver's unit and its limit of speed", self._travel.slow)

@@ -195,6 +195,19 @@ def test_joint_that_is_held_back_is_named_at_a_small_angle(change, words):
     assert not watch.held_back
 
 
+def test_motion_in_free_space_ends_soon_after_a_joint_is_blocked():
+    """It is not pushed until the time limit of the motion."""
+    robot = Arm(blocked)
+    cell = Cell(robot, no_scene, Tray(np.zeros(3), (0.2, 0.2), 0.05))
+    result = execute(cell, Endless(0.3), 5.0)
+
+    assert result.end == "stuck"
+    assert re.match(f"something holds joint {robot.joints[3]} back", result.reason)
+    # 0.1 rad at 0.3 rad/s, 0.05 rad and 0.12 s behind, 0.2 s held, and braking.
+    assert robot.time < 0.1 / 0.3 + 0.05 / 0.3 + 0.12 + 0.2 + 0.1
+    assert not robot.velocities[-1].any()
+
+
 def test_arm_at_half_its_speed_is_not_held_back_but_named(caplog):
     """Some arms scale all speeds."""
     arm = Arm(faster(0.5))
@@ -203,6 +216,22 @@ def test_arm_at_half_its_speed_is_not_held_back_but_named(caplog):
         assert not watch.step(arm, np.full(len(arm.joints), 0.2), None).fault
         assert not watch.held_back
     assert caplog.text.count("is slow: it moved 0.30 of 0.60 rad commanded; check the driver") == 1
+
+
+def test_states_that_arrive_in_a_wrong_order_make_no_arm_slow(caplog):
+    """Each third state is two periods older than the one before."""
+    states = []
+
+    def disordered(robot, reading):
+        states.append(reading)
+        return states[-3] if len(states) % 3 == 0 else reading
+
+    arm = Arm(disordered)
+    watch = RobotWatch(arm.read(), LIMITS)
+    for _ in range(round(3.0 / arm.period)):
+        assert not watch.step(arm, np.full(len(arm.joints), 0.3), None).fault
+    assert not watch.held_back
+    assert not caplog.text
 
 
 def test_arm_moved_by_hand_in_a_pause_has_no_fault():
@@ -272,16 +301,19 @@ def no_scene(frame):
 class Endless:
     """A controller that never reaches its goal."""
 
+    def __init__(self, speed=0.1):
+        self.speed = speed
+
     def step(self, q):
         """Move on."""
-        return SimpleNamespace(velocity=np.full(len(q), 0.1), status="moving")
+        return SimpleNamespace(velocity=np.full(len(q), self.speed), status="moving")
 
     def resume(self, velocity, acceleration=None):
         """Ignore the velocity."""
 
     def stop(self, q):
         """Stand still."""
-        raise AssertionError("the motion does not end near its goal")
+        return SimpleNamespace(velocity=np.zeros(len(q)))
 
 
 @pytest.mark.parametrize("error", [KeyboardInterrupt, ValueError])
