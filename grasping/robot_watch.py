@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import time
 from contextlib import suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING
@@ -12,18 +13,19 @@ import numpy as np
 from eyehand.errors import EyehandError
 
 from .follow_delay import FollowDelay
+from .hands import HandReading, JawReading
 from .joint_travel import JointTravel
 from .robot import RobotReading
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from .hands import AnyCommand
+    from .hands import AnyCommand, AnyReading
     from .robot import Robot
 
 STALE_SECONDS = 0.3
-"""Time without a new state of the arm after which it counts as stopped, s. It is ten times the
-delay of a slow network."""
+"""Time without a new state of the arm, or without a finite one of the hand, after which it counts
+as stopped, s. It is ten times the delay of a slow network."""
 STOPPED_SECONDS = 0.6
 """Time for which the arm must stand still against its command to count as stopped, s."""
 MIN_COMMAND = 0.05
@@ -67,7 +69,7 @@ class RobotWatch:
         self.reading = reading
         """Last state of the robot."""
         self._acceleration, self._velocity = acceleration, np.zeros_like(acceleration)
-        self._stale, self._slow, self._long = 0.0, 0, 0
+        self._stale, self._blind, self._slow, self._long = 0.0, 0.0, 0, 0
         self._since: float | None = None
         self._newest = reading.time
         self._start_q = self._path = np.zeros_like(reading.q)
@@ -106,6 +108,8 @@ class RobotWatch:
         fault = fault or stopped or self._doubt(reading, velocity, robot)
         if not _usable(reading, len(self._path)):
             reading = self.reading
+        elif not _finite(reading.hand):
+            reading = replace(reading, hand=self.reading.hand)
         self.reading = replace(reading, fault=fault)
         if fault:
             self.stop(robot)
@@ -125,13 +129,23 @@ class RobotWatch:
                 )
 
     def stop(self, robot: Robot) -> None:
-        """Brake the arm, whatever its driver raises."""
+        """Brake the arm, whatever its driver raises.
+
+        A driver that raises may have passed the command on: only its hand may have failed. One that
+        takes longer than `STALE_SECONDS` gets no more commands.
+        """
         change = self._acceleration * robot.period
         try:
-            with suppress(Exception):
-                while (np.abs(self._velocity) > change).any():
-                    self._velocity = self._velocity - np.clip(self._velocity, -change, change)
+            while (np.abs(self._velocity) > change).any():
+                self._velocity = self._velocity - np.clip(self._velocity, -change, change)
+                began = time.monotonic()
+                try:
                     robot.step(self._velocity, None)
+                except Exception:
+                    passed = time.monotonic() - began
+                    if passed > STALE_SECONDS:
+                        break
+                    time.sleep(max(robot.period - passed, 0.0))
         finally:
             # Also after a second Ctrl-C, while the arm brakes.
             self._velocity = np.zeros_like(change)
@@ -149,6 +163,12 @@ class RobotWatch:
         # After a newer state an older one may arrive. No time passes with it.
         period, passed = robot.period, reading.time - self._newest
         self._newest = max(self._newest, reading.time)
+        if passed > STALE_SECONDS and np.linalg.norm(velocity) > MIN_COMMAND:
+            _log.warning(
+                "a step took %.2g s while the arm moved: it must stop by itself when no command "
+                "comes",
+                passed,
+            )
         if passed > PAUSE_SECONDS:
             self._travel = JointTravel(reading.q)
         # A driver may take longer than a period, while the arm goes on.
@@ -161,6 +181,9 @@ class RobotWatch:
         if self._travel.slow and not self._warned:
             self._warned = True
             _log.warning("%s; check the driver's unit and its limit of speed", self._travel.slow)
+        self._blind = 0.0 if _finite(reading.hand) else self._blind + period
+        if self._blind > STALE_SECONDS:
+            return f"the hand has sent no finite reading for {self._blind:.1f} s"
         self._stale = self._stale + period if passed <= 0.0 else 0.0
         if self._stale > STALE_SECONDS:
             return f"the arm has sent no new state for {self._stale:.1f} s"
@@ -196,6 +219,15 @@ def _usable(reading: object, count: int) -> bool:
         isinstance(reading, RobotReading)
         and np.shape(reading.q) == (count,)
         and bool(np.isfinite(reading.q).all())
+    )
+
+
+def _finite(hand: AnyReading) -> bool:
+    """Return whether a hand's reading is finite. Missing forces of pads are a fault of touch."""
+    if isinstance(hand, JawReading):
+        return bool(np.isfinite([hand.width, hand.effort or 0.0]).all())
+    return isinstance(hand, HandReading) and all(
+        np.isfinite(part).all() for part in (hand.excursions, hand.tensions, hand.angles)
     )
 
 

@@ -11,6 +11,7 @@ import pytest
 
 from eyehand.errors import DeviceError
 from eyehand.grasping import Cell, Tray
+from eyehand.grasping.hands import JawReading
 from eyehand.grasping.motion import execute
 from eyehand.grasping.robot_watch import RobotWatch
 
@@ -199,7 +200,7 @@ def test_motion_in_free_space_ends_soon_after_a_joint_is_blocked():
     """It is not pushed until the time limit of the motion."""
     robot = Arm(blocked)
     cell = Cell(robot, no_scene, Tray(np.zeros(3), (0.2, 0.2), 0.05))
-    result = execute(cell, Endless(0.3), 5.0)
+    result = execute(cell, Endless(0.3), 5.0)  # pyright: ignore[reportArgumentType]
 
     assert result.end == "stuck"
     assert re.match(f"something holds joint {robot.joints[3]} back", result.reason)
@@ -270,6 +271,51 @@ def test_one_unusable_reading_brakes_within_the_limits():
     assert changes.max() <= 7.5 + 1e-9
     assert len(robot.velocities) > 5
     assert not robot.velocities[-1].any()
+
+
+def test_arm_of_a_driver_that_raises_brakes_within_the_limits():
+    """Only the hand may have failed; then the arm still follows."""
+
+    def fails(arm, reading):
+        if arm.time > 0.1:
+            raise OSError("cable")
+        return reading
+
+    fault, _, robot = faults(fails)
+    assert fault == "the robot's driver failed: cable"
+    changes = np.abs(np.diff(robot.velocities, axis=0)) / robot.period
+    assert changes.max() <= 7.5 + 1e-9
+    assert not robot.velocities[-1].any()
+
+
+def width(number, until=np.inf):
+    """Return a change of states whose jaws have a width from 0.1 s on."""
+
+    def change(robot, reading):
+        late = 0.1 < robot.time < until
+        return replace(reading, hand=JawReading(number if late else 0.05, 3.0))
+
+    return change
+
+
+def test_a_width_that_is_no_number_keeps_the_last_one_and_soon_is_a_fault():
+    fault, when, _ = faults(width(np.nan))
+    assert fault.startswith("the hand has sent no finite reading for 0.3 s")
+    assert when == pytest.approx(0.4, abs=0.02)
+    assert faults(width(np.nan, until=0.3))[0] == ""
+    robot = Arm(width(np.nan))
+    watch = RobotWatch(robot.read(), LIMITS)
+    for _ in range(50):
+        reading = watch.step(robot, np.zeros(len(robot.joints)), None)
+        assert reading.hand == JawReading(0.05, 3.0)
+
+
+def test_step_that_takes_long_while_the_arm_moves_is_named(caplog):
+    def slow(robot, reading):
+        return replace(reading, time=reading.time + (0.5 if robot.time > 0.1 else 0.0))
+
+    assert faults(slow, seconds=0.3)[0] == ""
+    assert caplog.text.count("a step took 0.5 s while the arm moved") == 1
 
 
 def test_second_interrupt_while_braking_still_stops_the_arm():
