@@ -167,7 +167,7 @@ class Cell:
 
     @property
     def held_seconds(self) -> float:
-        """Time for which it has held a joint back without a break, s."""
+        """Time for which it has held a joint back while others moved, s."""
         return self._watch.held_seconds
 
     def begin_motion(self) -> None:

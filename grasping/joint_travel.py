@@ -54,7 +54,7 @@ class JointTravel:
         self.held_back = ""
         """Which joint something holds back, and how far it is behind; empty if none."""
         self.held_seconds = 0.0
-        """Time for which something has held a joint back without a break, s."""
+        """Time for which something has held a joint back while others moved, s."""
         self.slow = ""
         """Which joint last moved less than commanded over a whole window; empty if none."""
         self._held = 0
@@ -115,7 +115,8 @@ class JointTravel:
         behind = np.sign(self._commanded) * (self._commanded - moved) - slack
         done = travel > WINDOW
         self._note_delay(q, behind, done, joints)
-        self.held_seconds = self.held_seconds + seconds if self.held_back else 0.0
+        moves = (np.abs(q - self._recent[0].start) > MOVES).any()
+        self.held_seconds = self.held_seconds + seconds if self.held_back and moves else 0.0
         self._start = np.where(done, q, self._start)
         self._start_speed = np.where(done, fastest, self._start_speed)
         self._commanded = np.where(done, 0.0, self._commanded)

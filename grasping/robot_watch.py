@@ -87,7 +87,7 @@ class RobotWatch:
 
     @property
     def held_seconds(self) -> float:
-        """Time for which it has held a joint back without a break, s."""
+        """Time for which it has held a joint back while others moved, s."""
         return self._travel.held_seconds
 
     def step(
