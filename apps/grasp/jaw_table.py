@@ -20,6 +20,7 @@ DOUBTS = {
     "friction": "the object may slip out of the pads, whose faces are not parallel to its own. "
     "--friction says how rough they are",
     "width": "the object is nearly as wide as the gripper opens",
+    "thickness": "the object is hardly thicker than the minimum opening",
     "overlap": "the pads cover little of the object",
     "torque": "the object may turn between the pads",
     "seen": "the camera did not see both sides that the pads touch",

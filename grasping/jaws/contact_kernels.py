@@ -117,7 +117,8 @@ def _between(at, size, radius):
 def _faces(seen, solid, facing):
     """Return the least and greatest x of an object, and whether each side was measured.
 
-    A measured side is its second outermost point, or midway between that and the solid's.
+    A side is that of the solid, or the second outermost point of a measured one if that lies
+    farther out. The edge of what is seen lies inside the object: it proves a least width.
     """
     right, right_points = _measured_face(seen, 1.0, facing[0])
     left, left_points = _measured_face(seen, -1.0, facing[0])
@@ -127,9 +128,9 @@ def _faces(seen, solid, facing):
         low = max(low, -solid[k])
     on_right, on_left = right_points >= facing[1], left_points >= facing[1]
     if on_right:
-        high = right if np.isinf(high) else 0.5 * (right + high)
+        high = max(right, high)
     if on_left:
-        low = left if np.isinf(low) else 0.5 * (left + low)
+        low = max(left, low)
     return -low, high, 1.0 * on_right, 1.0 * on_left
 
 

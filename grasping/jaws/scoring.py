@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from ..hands import ParallelHand
     from .options import JawOptions
 
-WIDTH_RESERVE = 0.0035
-"""Expected error of the width of a solid, m: fitted solids are slightly too narrow."""
+WIDTH_RESERVE = 0.001
+"""Expected error of the width, m: the objects of staged scenes are wider by that in the mean."""
 MIN_WIDTH_SIGMA = 0.002
 """Minimum standard deviation of a width, m."""
 TILT_SIGMA = np.radians(10.0)
@@ -112,12 +112,13 @@ def contact_terms(
     friction = ndtr((cone - angle) / TILT_SIGMA).prod(axis=1)
     sigma = np.hypot(width_sigma, MIN_WIDTH_SIGMA)
     width = ndtr((hand.stroke - contact.width - WIDTH_RESERVE) / sigma)
-    width *= ndtr((contact.width - hand.min_opening - MIN_WIDTH_SIGMA) / sigma)
+    thickness = ndtr((contact.width - hand.min_opening - MIN_WIDTH_SIGMA) / sigma)
     length = contact.overlap + SAMPLE_SPACING
     overlap = expit((length - OVERLAP_MIDDLE) / OVERLAP_SCALE)
     return {
         "friction": friction,
         "width": width,
+        "thickness": thickness,
         "overlap": overlap,
         "torque": _torque(contact, closing, centre, volume, up, hand, options),
         "seen": SEEN_TERMS[contact.seen.astype(int)],

@@ -34,8 +34,9 @@ SAFE_CLEARANCE = 0.3
 """Probability of touching nothing below which a grasp is not safe."""
 DENSE = 1000.0
 """Density at which an object must not exceed the friction of the pads, kg/m³: full of water."""
-SAFE_WIDTH_SHARE = 0.92
-"""A wider object is gripped at the limit of the stroke: 73 mm for a jaw of 80 mm."""
+SAFE_WIDTH, SAFE_ROOM = 0.841, 0.005
+"""Probability that the object fits the stroke below which a grasp is not safe: its width with one
+standard deviation must fit. The room between pads and object must not be smaller either, m."""
 
 WRONG_FRAME = {
     "camera": "the intrinsics of the camera are implausible",
@@ -90,9 +91,9 @@ def _forbidden(
     surface = surfaces[int(scored.candidates.object[index])]
     width = float(scored.contact.width[index])
     found = []
-    if width > SAFE_WIDTH_SHARE * hand.stroke:
-        widest = SAFE_WIDTH_SHARE * hand.stroke
-        found.append(f"{1e3 * width:.0f} mm wide, at most {1e3 * widest:.0f} mm is safe")
+    if scored.terms["width"][index] < SAFE_WIDTH or width > hand.stroke - SAFE_ROOM:
+        stroke = f"{1e3 * hand.stroke:.0f} mm"
+        found.append(f"{1e3 * width:.0f} mm wide, may not fit the stroke of {stroke}")
     if not surface.fitted:
         found.append("no solid was fitted")
     if scored.hidden[index].max() > SAFE_HIDDEN:
