@@ -13,9 +13,12 @@ from eyehand.errors import DeviceError, InputError
 from .frame_fusion import fuse_frames
 from .robot_checks import check_frame
 from .robot_watch import one_line
-from .scene_validation import validate_scene
+from .scene_validation import WALL_MARGIN, validate_scene
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from eyehand.perception import DepthFrame, Scene
 
     from .cell import Cell
@@ -26,6 +29,9 @@ _log = logging.getLogger("eyehand")
 MAX_FRAMES = 5
 """Number of depth images fused when one image gives no valid scene. A pixel without a reading in
 one image usually has one in another; a camera takes so many in 0.2 s."""
+MIN_TRAY_SHARE = 0.8
+"""Minimum share of the readings of a wall of the tray that lie at it. The others are flying pixels.
+An object that touches a wall has a smaller share, unless it is less than 20 mm wide."""
 
 
 def observe(cell: Cell) -> tuple[Scene | None, float, str]:
@@ -36,7 +42,7 @@ def observe(cell: Cell) -> tuple[Scene | None, float, str]:
     Returns
     -------
     tuple
-        The scene without the objects in the tray, or None; the computing time in ms; and the
+        The scene without the tray and the objects in it, or None; the computing time in ms; and the
         reason why there is no valid scene, empty otherwise.
     """
     cell.enter("observe")
@@ -73,7 +79,15 @@ def _capture(cell: Cell) -> DepthFrame:
 
 
 def _without_tray(scene: Scene, tray: Tray) -> Scene:
-    objects = tuple(item for item in scene.objects if not tray.contains(item.points.mean(axis=0)))
+    """Return a scene without the objects and the background in the tray, and without its walls."""
+    objects = tuple(item for item in scene.objects if not _is_in_tray(item.points, tray))
     if len(objects) < len(scene.objects):
-        _log.info("objects in the tray: %d", len(scene.objects) - len(objects))
-    return replace(scene, objects=objects)
+        _log.info("objects in the tray, or walls of it: %d", len(scene.objects) - len(objects))
+    background = scene.background[~tray.encloses(scene.background, WALL_MARGIN)]
+    return replace(scene, objects=objects, background=background)
+
+
+def _is_in_tray(points: NDArray[np.float64], tray: Tray) -> bool:
+    """Return whether points (N, 3), world, m, belong to the tray or to an object in it."""
+    wall = float(tray.encloses(points, WALL_MARGIN).mean()) >= MIN_TRAY_SHARE
+    return wall or tray.contains(points.mean(axis=0))

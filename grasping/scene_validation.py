@@ -34,7 +34,7 @@ REFUSED_WARNINGS = ("support_doubtful", "support_unseen", "camera", "noise", "co
 """Warnings about a scene with which the robot must not move: all positions may be wrong, or a large
 surface in front of the support is neither an object nor an obstacle."""
 WALL_MARGIN = 0.015
-"""Distance from a wall of a container within which readings belong to it, m."""
+"""Distance from a wall of a container or of the tray within which readings belong to it, m."""
 SAME_PLANE = 0.005
 """Maximum difference of the heights of one table in two images, m, at the camera's foot and at the
 tray."""
@@ -81,7 +81,7 @@ def validate_scene(frame: DepthFrame, scene: Scene, tray: Tray, before: Scene | 
     if abs(offset) > MAX_HEIGHT_DIFFERENCE:
         where = "below" if offset > 0 else "above"
         return f"no table found: the perceived surface lies {abs(offset):.2f} m {where} the tray"
-    area = unexplained_area(frame, scene) if not scene.objects else 0.0
+    area = unexplained_area(frame, scene, tray) if not scene.objects else 0.0
     if area > MIN_UNEXPLAINED_AREA:
         return (
             f"the table may not be clear: readings of {1e4 * area:.0f} cm² above it belong to no "
@@ -102,7 +102,7 @@ def _is_same_table(
     return bool((gap < SAME_PLANE).all())
 
 
-def unexplained_area(frame: DepthFrame, scene: Scene) -> float:
+def unexplained_area(frame: DepthFrame, scene: Scene, tray: Tray) -> float:
     """Return the maximum area of readings above the table that belong to no object.
 
     Parameters
@@ -111,6 +111,8 @@ def unexplained_area(frame: DepthFrame, scene: Scene) -> float:
         Depth image with its pose.
     scene
         The scene perceived in it, in the world frame. A scene of another image gives 0.
+    tray
+        The tray. Readings in it and at its walls are explained.
 
     Returns
     -------
@@ -128,7 +130,7 @@ def unexplained_area(frame: DepthFrame, scene: Scene) -> float:
     if not len(table):
         return 0.0
     first, last = table.min(axis=0), table.max(axis=0)
-    above = (height >= noise) & (height < MAX_HEIGHT)
+    above = (height >= noise) & (height < MAX_HEIGHT) & ~tray.encloses(points, WALL_MARGIN)
     for container in scene.containers:
         above &= ~container.on_walls(points, WALL_MARGIN)
     above &= ((points[:, :2] >= first) & (points[:, :2] <= last)).all(axis=1)

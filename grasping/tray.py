@@ -46,6 +46,16 @@ class Tray:
         half = 0.5 * np.asarray(self.size) - margin
         return bool((np.abs(point[:2] - self.centre[:2]) <= half).all())
 
+    def encloses(self, points: NDArray[np.float64], margin: float) -> NDArray[np.bool_]:
+        """Return a mask (N,) of the points (N, 3), world, m, in the tray or its walls.
+
+        The walls are grown by a margin, m. Points above the walls do not count.
+        """
+        beyond = np.abs(points[:, :2] - self.centre[:2]) - 0.5 * np.asarray(self.size)
+        low = points[:, 2] <= self.centre[2] + self.wall_height + margin
+        inside: NDArray[np.bool_] = low & (beyond <= self.wall_thickness + margin).all(axis=1)
+        return inside
+
     def distance(self, point: NDArray[np.float64]) -> float:
         """Return the horizontal distance of a point (3,), world, from the floor, m; 0 above it."""
         beyond = np.abs(point[:2] - self.centre[:2]) - 0.5 * np.asarray(self.size)

@@ -7,10 +7,11 @@ import pytest
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.apps.grasp.ground_truth_scene import ground_truth_scene
+from eyehand.data_synth.scenes import TabletopObject
 from eyehand.errors import InputError
 from eyehand.grasping.cell import Cell
 from eyehand.grasping.clearing import clear_table
-from eyehand.grasping.observation import MAX_FRAMES
+from eyehand.grasping.observation import MAX_FRAMES, observe
 from eyehand.grasping.scene_validation import MIN_UNEXPLAINED_AREA, unexplained_area, validate_scene
 from eyehand.grasping.tray import Tray
 from eyehand.perception import (
@@ -19,6 +20,7 @@ from eyehand.perception import (
     DepthFrame,
     SceneWarning,
     Segmentation,
+    Superquadric,
     SupportPlane,
     Wall,
 )
@@ -127,14 +129,14 @@ def block_from_above(high: float, side: int):
 def test_unsegmented_block_on_table_is_reported():
     frame, scene = block_from_above(high=0.1, side=3)
     # 9 pixels of 4.5 x 4.5 mm.
-    assert unexplained_area(frame, scene) == pytest.approx(9 * (0.9 / 200.0) ** 2, rel=1e-5)
+    assert unexplained_area(frame, scene, TRAY) == pytest.approx(9 * (0.9 / 200.0) ** 2, rel=1e-5)
     assert "2 cm² above it belong to no segmented object" in validate_scene(frame, scene, TRAY)
 
 
 @pytest.mark.parametrize(("high", "side"), [(0.0, 0), (0.003, 8), (0.1, 2), (0.7, 8)])
 def test_noise_flying_pixels_and_high_surfaces_are_accepted(high, side):
     frame, scene = block_from_above(high, side)
-    assert unexplained_area(frame, scene) <= MIN_UNEXPLAINED_AREA
+    assert unexplained_area(frame, scene, TRAY) <= MIN_UNEXPLAINED_AREA
     assert validate_scene(frame, scene, TRAY) == ""
 
 
@@ -142,7 +144,7 @@ def test_segmented_block_is_accepted():
     frame, scene = block_from_above(0.1, 8)
     labels = (frame.depth < 0.95).astype(np.int32)
     scene = replace(scene, segmentation=replace(scene.segmentation, labels=labels))
-    assert unexplained_area(frame, scene) == 0.0
+    assert unexplained_area(frame, scene, TRAY) == 0.0
 
 
 def test_invalid_scene_is_captured_again_with_more_frames(monkeypatch):
@@ -195,4 +197,36 @@ def test_walls_of_a_container_are_explained():
     wall = Wall(corners, float(high[1] - low[1]))
     assert wall.axes[1, 1] == pytest.approx(1.0)
     scene = replace(scene, containers=(Container(floor, (wall,), 0.1),))
-    assert unexplained_area(frame, scene) == 0.0
+    assert unexplained_area(frame, scene, TRAY) == 0.0
+
+
+def block(half, centre):
+    pose = RigidTransform.from_translation(centre)
+    shape = Superquadric(np.array(half), (0.1, 0.1), pose, "box")
+    return TabletopObject("block", shape, 0.1, (0.8, 0.2, 0.2))
+
+
+@pytest.mark.parametrize("shift", [0.0, -0.006, 0.006])
+@pytest.mark.parametrize("half_thickness", [0.003, 0.006])
+def test_visible_walls_of_the_tray_are_no_objects_and_no_background(shift, half_thickness):
+    """The camera sees one wall and an object that touches it; the calibration has an error."""
+    outer = -0.3 + 2 * half_thickness
+    wall = block([0.131, half_thickness, 0.025], [0.0, outer - half_thickness + shift, 0.031])
+    can = block([0.02, 0.02, 0.04], [0.05, outer + 0.02 + shift, 0.04])
+    scene = ground_truth_scene([wall, can], VIEW)
+    post = np.array([[0.2, -0.1, 0.05]])
+    scene = replace(scene, background=np.vstack([scene.objects[0].points, post]))
+
+    observed, _, problem = observe(Cell(FakeRobot(), lambda _: scene, TRAY))
+
+    assert observed is not None, problem
+    assert [item.label for item in observed.objects] == [2]
+    np.testing.assert_array_equal(observed.background, post)
+
+
+def test_unsegmented_walls_of_the_tray_are_explained():
+    frame, scene = block_from_above(0.1, 8)
+    middle = FROM_ABOVE.apply(frame.points()[frame.depth < 0.95].mean(axis=0)) * (1.0, 1.0, 0.0)
+    walls = replace(TRAY, centre=middle, size=(0.04, 0.04), wall_height=0.1)
+    assert unexplained_area(frame, scene, TRAY) > MIN_UNEXPLAINED_AREA
+    assert unexplained_area(frame, scene, walls) <= MIN_UNEXPLAINED_AREA
