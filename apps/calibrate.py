@@ -45,11 +45,11 @@ if TYPE_CHECKING:
 GOOD = (0.3, 1.0, 0.1)
 """Maximum residual, px, and median pose errors, mm and °, of a good calibration. A robot with
 errors of 0.5 mm and 0.06° along each axis gives 0.7 mm and 0.1°."""
-PRINTED_DPI = 300
-"""Resolution of the printed board, dots per inch."""
-MM_PER_INCH = 25.4
-PRINTED_MARGIN_MM = 10.0
-"""White margin of the printed board. The detector needs it."""
+PRINTED_PX_PER_M = 10_000
+"""Resolution of the printed board. It is 254 dots per inch, a whole number, as some programs need;
+and squares in steps of 0.1 mm are exact."""
+PRINTED_MARGIN = 0.01
+"""White margin of the printed board, m. The detector needs it."""
 
 
 @dataclass(frozen=True)
@@ -106,7 +106,7 @@ def calibrate_command(
     flags
         The board.
     board
-        Write the board to this PNG file for a printer (300 dpi), and stop.
+        Write the board to this PNG file for a printer (254 dpi), and stop.
     out
         Output folder.
     json
@@ -170,11 +170,12 @@ def calibrate_command(
 def _print_board(path: Path, board: CalibrationBoard) -> None:
     if path.suffix.lower() != ".png":
         raise InputError(f"--board must be a .png file, got {path}")
-    per_square = round(board.square * MM_PER_M / MM_PER_INCH * PRINTED_DPI)
-    margin = round(PRINTED_MARGIN_MM / MM_PER_INCH * PRINTED_DPI)
+    per_square = round(board.square * PRINTED_PX_PER_M)
+    margin = round(PRINTED_MARGIN * PRINTED_PX_PER_M)
     make_folder(path.parent)
-    write_picture(path, board.image(per_square, margin))
-    say(f"board in {path}: print it at {PRINTED_DPI} dpi, glue it to a flat plate, and measure it")
+    picture = board.image(per_square, margin)
+    write_picture(path, picture, pixels_per_metre=round(per_square / board.square))
+    say(f"board in {path}: print it at 100 %, glue it to a flat plate, and measure it")
 
 
 def _read_poses(path: Path) -> tuple[list[Path], list[RigidTransform]]:

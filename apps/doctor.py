@@ -6,7 +6,7 @@ import os
 import shutil
 import sys
 from collections.abc import Callable
-from importlib import metadata
+from importlib import import_module, metadata
 from importlib.util import find_spec
 from pathlib import Path
 from typing import NamedTuple
@@ -15,6 +15,7 @@ from .bench.machine import machine_line
 from .command_table import EXTRAS
 from .console import print_json, show
 from .kernel_folder import CACHE_VARIABLE
+from .open3d_import import import_open3d
 
 UDEV_RULES = Path("/etc/udev/rules.d/80-movidius.rules")
 """Rule that lets users without root open OAK cameras, as the manufacturer's guide names it."""
@@ -29,6 +30,12 @@ DISTRIBUTIONS = {
     "mujoco_menagerie": "mujoco-menagerie",
 }
 """Module → distribution, where their names differ."""
+
+LOADERS: dict[str, Callable[[], object]] = {
+    "open3d": import_open3d,
+    "vtkmodules": lambda: import_module("vtkmodules.vtkRenderingOpenGL2"),
+}
+"""Import of the modules that need libraries of the system. An installed one may not load."""
 
 
 class Check(NamedTuple):
@@ -139,10 +146,20 @@ def _camera() -> Check:
 def _extra(extra: str) -> Check:
     modules = [module for module, of in EXTRAS.items() if of == extra]
     missing = [module for module in modules if find_spec(module) is None]
-    found = [_version(module) for module in modules if module not in missing]
-    detail = ", ".join([*found, *(f"no {module}" for module in missing)])
+    present = [module for module in modules if module not in missing]
+    faults = [fault for module in present if (fault := _load_fault(module))]
+    found = [*map(_version, present), *(f"no {module}" for module in missing), *faults]
     advice = f"pip install 'eyehand[{extra}]'" if missing else ""
-    return Check(f"extra {extra}", not missing, detail, advice)
+    return Check(f"extra {extra}", not missing and not faults, ", ".join(found), advice)
+
+
+def _load_fault(module: str) -> str:
+    """Return why an installed module cannot be loaded; empty if it can, or was not tried."""
+    try:
+        LOADERS.get(module, str)()
+    except Exception as error:
+        return f"{module} fails: {' '.join(str(error).split()) or type(error).__name__}"
+    return ""
 
 
 def _version(module: str) -> str:

@@ -120,5 +120,5 @@ class FrameStream:
 
 
 def is_recording(path: Path | None) -> bool:
-    """Report whether a file is a recording."""
-    return path is not None and path.suffix.lower() == RECORDING_SUFFIX
+    """Report whether a path is a recording: a file, or a folder that may hold one."""
+    return path is not None and (path.suffix.lower() == RECORDING_SUFFIX or path.is_dir())

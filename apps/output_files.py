@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import struct
+import zlib
 from typing import TYPE_CHECKING
 
 import cv2
@@ -20,6 +22,9 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from .perceived_frame import PerceivedFrame
+
+HEADER_END = 33
+"""Length of a PNG's signature and header chunk, bytes."""
 
 
 def write_perceived_frame(folder: Path, found: PerceivedFrame, source: str) -> list[Path]:
@@ -60,12 +65,22 @@ def write_text(path: Path, text: str) -> None:
         temporary.write_text(text, encoding="utf-8")
 
 
-def write_picture(path: Path, picture: NDArray[np.uint8] | NDArray[np.uint16]) -> None:
-    """Write an image (H, W) or (H, W, 3) RGB as a PNG file atomically."""
+def write_picture(
+    path: Path, picture: NDArray[np.uint8] | NDArray[np.uint16], *, pixels_per_metre: int = 0
+) -> None:
+    """Write an image (H, W) or (H, W, 3) RGB as a PNG file atomically.
+
+    The resolution, if not 0, is the one at which programs print the picture.
+    """
     if picture.ndim == 3:
         picture = picture[..., ::-1]
     with atomic_write(path) as temporary:
         ok, encoded = cv2.imencode(".png", picture)
         if not ok:
             raise InputError(f"cannot encode a picture of shape {picture.shape} as PNG")
-        temporary.write_bytes(encoded.tobytes())
+        data = encoded.tobytes()
+        if pixels_per_metre:
+            chunk = b"pHYs" + struct.pack(">IIB", pixels_per_metre, pixels_per_metre, 1)
+            chunk = struct.pack(">I", 9) + chunk + struct.pack(">I", zlib.crc32(chunk))
+            data = data[:HEADER_END] + chunk + data[HEADER_END:]
+        temporary.write_bytes(data)

@@ -11,7 +11,6 @@ from typing import Any
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.errors import InputError
 
@@ -21,8 +20,9 @@ from ..io.input_file import naming
 from ..io.intrinsics import CameraFile, intrinsics_from_matrix, read_camera_file
 from ..io.png import decode_depth
 from .mcap_file import check_mcap
-from .ros_frames import TF, TF_STATIC, WORLD, colour_topic
+from .ros_frames import SUFFIX, TF, TF_STATIC, colour_topic
 from .ros_messages import load_ros
+from .ros_transforms import TransformTree
 
 IMAGE, COMPRESSED, INFO = (
     f"sensor_msgs/msg/{name}" for name in ("Image", "CompressedImage", "CameraInfo")
@@ -45,14 +45,14 @@ class RosRecording:
     """A recording of a depth topic, `sensor_msgs/Image` or compressedDepth, and its CameraInfo.
 
     Depth is 16UC1 in mm or 32FC1 in m. Lens distortion is corrected by the nearest reading. A topic
-    `colour` beside the depth gives the colour of its pixels, and a transform from `world` to the
-    frame of the depth images the pose of the camera, as `write_ros_frames` writes them. It is the
-    last one before the image in the file, or one of `/tf_static`.
+    `colour` beside the depth gives the colour of its pixels, as `write_ros_frames` writes it. The
+    transforms from `world` to the frame of the depth images give the pose of the camera: the last
+    ones before the image in the file, and those of `/tf_static`.
 
     Parameters
     ----------
     path : Path or str
-        MCAP file as `ros2 bag record -s mcap` writes it.
+        MCAP file, or the folder with one that `ros2 bag record -s mcap` writes.
     topic : str
         Topic of the depth images. Empty selects the only one.
     camera : Path, optional
@@ -61,14 +61,14 @@ class RosRecording:
     Raises
     ------
     InputError
-        If the file is missing, truncated or damaged, lacks the topic or its CameraInfo, or the
-        extra `ros` is not installed.
+        If the file is missing, truncated or damaged, lacks the topic or its CameraInfo, the folder
+        has no or several files, or the extra `ros` is not installed.
     """
 
     def __init__(
         self, path: Path | str, *, topic: str = "", camera: Path | str | None = None
     ) -> None:
-        self.path = Path(path)
+        self.path = _recording_file(Path(path))
         """The recording."""
         check_mcap(self.path)
         topics = self._topics()
@@ -92,14 +92,14 @@ class RosRecording:
         if self._info:
             info = next((message for _, message in self._messages([self._info])), None)
         number, colour = -1, None
-        poses: dict[str, RigidTransform] = {}
+        frames = TransformTree()
         for _, message in self._messages([TF_STATIC]):
             with self._damage():
-                poses |= _world_poses(message)
+                frames.add(message)
         for topic, message in self._messages([self.topic, self._colour, TF]):
             if topic == TF:
                 with self._damage():
-                    poses |= _world_poses(message)
+                    frames.add(message)
                 continue
             if topic == self._colour:
                 colour = message
@@ -119,8 +119,9 @@ class RosRecording:
                         camera, depth = _undistorted(info, depth, rectified=rectified)
                 with self._damage():
                     pixels = None if colour is None else _colour_of(message, colour)
-                    seen_from = poses.get(message.header.frame_id)
-                pose = seen_from if camera.T_world_camera is None else camera.T_world_camera
+                    pose = camera.T_world_camera
+                    if pose is None:
+                        pose = frames.world_pose(message.header.frame_id)
                 yield DepthFrame(depth, camera.intrinsics, pose, pixels)
 
     def _camera_file(self, width: int, height: int) -> CameraFile:
@@ -204,6 +205,19 @@ class RosRecording:
             raise InputError(f"{self.path}: damaged, or no ROS 2 messages ({fault})") from error
 
 
+def _recording_file(path: Path) -> Path:
+    """Return the file of a recording, which may be a folder with one."""
+    if not path.is_dir():
+        return path
+    files = [str(file) for file in path.glob(f"*{SUFFIX}")]
+    if len(files) != 1:
+        raise InputError(
+            f"{path}: the folder has {len(files)} recordings (*{SUFFIX}), name a file: "
+            f"{_listed(files)}"
+        )
+    return Path(files[0])
+
+
 def _reader(file: Any, *factories: Any) -> Any:
     return load_ros("mcap.reader").SeekingReader(
         file, validate_crcs=True, decoder_factories=factories, record_size_limit=MAX_RECORD_BYTES
@@ -251,17 +265,6 @@ def _colour_of(depth: Any, colour: Any) -> NDArray[np.uint8] | None:
     rows = np.frombuffer(bytes(colour.data), np.uint8).reshape(colour.height, colour.step)
     pixels = rows[:, : channels * colour.width].reshape(colour.height, colour.width, channels)
     return pixels[..., COLOURS[colour.encoding]]
-
-
-def _world_poses(message: Any) -> dict[str, RigidTransform]:
-    """Return the transforms to `world` of a TFMessage by the name of the frame."""
-    poses = {}
-    for one in message.transforms:
-        if one.header.frame_id == WORLD:
-            t, q = one.transform.translation, one.transform.rotation
-            turn = Rotation.from_quat([q.x, q.y, q.z, q.w])
-            poses[one.child_frame_id] = RigidTransform.from_components([t.x, t.y, t.z], turn)
-    return poses
 
 
 def _compressed_depth(form: str, data: bytes) -> NDArray[np.float32]:

@@ -1,6 +1,7 @@
 """`eyehand calibrate` finds the camera in rendered images, and refuses what it cannot use."""
 
 import json
+import struct
 from pathlib import Path
 
 import cv2
@@ -12,6 +13,7 @@ from eyehand.apps.main import main
 from eyehand.perception import CameraIntrinsics
 from eyehand.perception.cameras import charuco_board
 from eyehand.perception.io import pose_from_json, pose_to_json, read_camera_file, write_intrinsics
+from eyehand.perception.io.png import check_png
 
 from ..file_schema import check_file
 
@@ -88,11 +90,21 @@ def test_rendered_images_give_the_pose_within_its_stated_error(folder, tmp_path,
     assert camera.T_world_camera is not None
 
 
-def test_board_is_written_for_a_printer(tmp_path):
-    assert run("--board", tmp_path / "board.png") == 0
-    image = cv2.imread(str(tmp_path / "board.png"), cv2.IMREAD_GRAYSCALE)
+@pytest.mark.parametrize(
+    ("square", "pixels", "resolution"),
+    [(30, 300, 10_000), (12.5, 125, 10_000), (29.97, 300, 10_010)],
+)
+def test_board_is_written_for_a_printer(tmp_path, square, pixels, resolution):
+    """At the resolution in the file, the squares have the size that was asked for."""
+    path = tmp_path / "board.png"
+    assert run("--board", path, "--square", square, "--marker", 0.7 * square) == 0
+    image = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
     assert image is not None
-    assert image.shape == (5 * 354 + 2 * 118, 7 * 354 + 2 * 118)
+    assert image.shape == (5 * pixels + 200, 7 * pixels + 200)
+    data = path.read_bytes()
+    check_png(data)
+    assert struct.unpack_from(">IIB", data, data.index(b"pHYs") + 4) == (resolution, resolution, 1)
+    assert 1e3 * pixels / resolution == pytest.approx(square, rel=5e-5)
 
 
 def test_images_of_another_board_are_refused_without_files(folder, tmp_path, capsys):

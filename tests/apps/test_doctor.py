@@ -18,7 +18,8 @@ def report(capsys) -> tuple[int, dict]:
 
 @pytest.fixture(autouse=True)
 def quick(monkeypatch) -> None:
-    """Search no camera, start no graphics and compile nothing."""
+    """Search no camera, start no graphics, load no large library and compile nothing."""
+    monkeypatch.setattr(doctor, "LOADERS", {})
     monkeypatch.setattr("eyehand.data_synth.render.gl_fault", lambda: "OpenGL is off; no display")
     monkeypatch.setattr(doctor, "_camera", lambda: doctor.Check("camera", False, "none", "connect"))
     monkeypatch.setattr("eyehand.apps.perceived_frame.load_kernels", lambda: None)
@@ -46,6 +47,19 @@ def test_missing_extra_names_its_install_command(capsys, monkeypatch):
     assert not row["works"]
     assert "no mink" in row["detail"]
     assert row["advice"] == "pip install 'eyehand[baselines]'"
+
+
+def test_installed_package_that_cannot_be_imported_is_named(capsys, monkeypatch):
+    def load():
+        raise ImportError("libusb-1.0.so.0: cannot open\nshared object file")
+
+    monkeypatch.setattr(doctor, "LOADERS", {"open3d": load})
+    monkeypatch.setattr(doctor, "find_spec", lambda _name: object())
+    code, found = report(capsys)
+    (row,) = [row for row in found["rows"] if row["name"] == "extra baselines"]
+    assert code == 0
+    assert not row["works"]
+    assert "open3d fails: libusb-1.0.so.0: cannot open shared object file" in row["detail"]
 
 
 def test_broken_core_is_a_fault(capsys, monkeypatch):

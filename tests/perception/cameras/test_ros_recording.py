@@ -120,6 +120,36 @@ def test_static_pose_counts_wherever_it_stands_in_the_file(tmp_path, depth):
     np.testing.assert_array_equal(read.T_world_camera.as_matrix(), pose.as_matrix())
 
 
+@pytest.mark.parametrize("slash", ["", "/"])
+def test_pose_over_other_frames(tmp_path, depth, slash):
+    rng = np.random.default_rng(0)
+    base, link, lens = (
+        RigidTransform.from_components(rng.normal(size=3), Rotation.random(rng=rng))
+        for _ in range(3)
+    )
+    chain = [("link", "camera", lens), (f"{slash}world", "base", base), ("base", "link", link)]
+    with ros_writer(tmp_path / "a.mcap") as writer:
+        messages = [ros_transform(0.0, *one) for one in chain]
+        writer.write("/tf_static", "tf2_msgs/TFMessage", {"transforms": messages}, 0.0)
+        writer.write("/camera/depth/camera_info", "sensor_msgs/CameraInfo", camera_info(), 0.0)
+        writer.write(TOPIC, "sensor_msgs/Image", image(depth, "32FC1"), 0.0)
+    read = only_frame(tmp_path / "a.mcap", topic=TOPIC)
+    assert read.T_world_camera is not None
+    expected = (base * link * lens).as_matrix()
+    np.testing.assert_allclose(read.T_world_camera.as_matrix(), expected, atol=1e-12)
+
+
+def test_folder_of_a_recorder_is_read_if_it_holds_one_file(tmp_path, depth):
+    (tmp_path / "metadata.yaml").write_text("rosbag2_bagfile_information:\n")
+    with pytest.raises(InputError, match="the folder has 0 recordings"):
+        RosRecording(tmp_path)
+    write(tmp_path / "bag_0.mcap", [("Image", image(depth, "32FC1"))], info=camera_info())
+    np.testing.assert_array_equal(only_frame(tmp_path).depth, depth)
+    write(tmp_path / "bag_1.mcap", [("Image", image(depth, "32FC1"))], info=camera_info())
+    with pytest.raises(InputError, match=r"name a file: .*bag_0\.mcap, .*bag_1\.mcap"):
+        RosRecording(tmp_path)
+
+
 def write_colour(path, depth, pixels, encoding, **changes):
     """Write one colour image and a depth image of the same time."""
     info, colour = camera_info(), image(pixels, encoding, **changes)
