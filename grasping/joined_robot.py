@@ -134,7 +134,9 @@ class JoinedRobot:
             if command is not None:
                 self._hand.move(command)
             part = "arm"
-            self._state = self._arm.step(velocity)
+            state = self._arm.step(velocity)
+            check_type(state, ArmReading, "what step() returns")
+            self._state = state
             part = "hand"
             self._hand_state = self._hand.read()
         except Exception as error:

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
-from eyehand.errors import InputError
+from eyehand.errors import DeviceError, InputError
 from eyehand.grasping import (
+    ArmReading,
     Cell,
     JawReading,
     JoinedRobot,
@@ -67,6 +69,21 @@ def test_missing_members_are_listed():
 def test_missing_members_of_a_driver_are_listed():
     with pytest.raises(InputError, match="object lacks joints, period, read, step: eyehand"):
         JoinedRobot(object(), object(), object(), lambda _: "", "palm")  # pyright: ignore[reportArgumentType]
+
+
+def test_arm_whose_step_returns_nothing_is_named():
+    state = ArmReading(0.0, np.zeros(1), np.zeros(1))
+    arm = SimpleNamespace(
+        joints=("a",), period=0.01, read=lambda: state, step=lambda velocity: None
+    )
+    hand = SimpleNamespace(model=None, read=lambda: JawReading(0.05), move=lambda command: None)
+    camera = SimpleNamespace(capture=lambda: None)
+    robot = JoinedRobot(arm, hand, camera, lambda _: "", "palm")  # pyright: ignore[reportArgumentType]
+    with pytest.raises(
+        DeviceError, match=r"arm: .*what step\(\) returns .* ArmReading, got a None"
+    ):
+        robot.step(np.zeros(1))
+    assert robot.read().time == 0.0
 
 
 @pytest.mark.parametrize(
