@@ -42,9 +42,10 @@ named. The limits of the acceleration hold for the period."""
 MAX_DELAY = 0.05
 """Delay of the arm behind its commands above which it is named, s. At 80 ms the arm swings about
 its goal."""
-CLOCK_SHARE, CLOCK_CYCLES = 100, 5
-"""Number of successive steps, each longer than this many periods, after which the arm's clock is in
-a wrong unit. Planning takes as long between two steps, but not five times."""
+CLOCK_SHARE, CLOCK_RATIO, CLOCK_CYCLES = 100, 10, 2
+"""Number of successive steps, each longer than this many periods and so many times as long as on
+this computer's clock, after which the arm's clock is in a wrong unit. More steps would end the
+first motion, because its time is over. A clock that is corrected jumps once."""
 
 _log = logging.getLogger("eyehand")
 
@@ -71,7 +72,7 @@ class RobotWatch:
         self._acceleration, self._velocity = acceleration, np.zeros_like(acceleration)
         self._stale, self._blind, self._slow, self._long = 0.0, 0.0, 0, 0
         self._since: float | None = None
-        self._newest = reading.time
+        self._newest, self._stepped = reading.time, time.monotonic()
         self._start_q = self._path = np.zeros_like(reading.q)
         self._travel, self._warned = JointTravel(reading.q), False
         self._delay = FollowDelay()
@@ -190,7 +191,10 @@ class RobotWatch:
         self._slow = self._slow + 1 if passed > SLOW_SHARE * period else 0
         if self._slow == SLOW_CYCLES:
             _log.warning("a step takes %.3g s, robot.period is %.3g s: correct it", passed, period)
-        self._long = self._long + 1 if passed > CLOCK_SHARE * period else 0
+        # Planning takes as long between two steps, on both clocks.
+        stepped, self._stepped = self._stepped, time.monotonic()
+        long = max(CLOCK_SHARE * period, CLOCK_RATIO * (self._stepped - stepped))
+        self._long = self._long + 1 if passed > long else 0
         if self._long >= CLOCK_CYCLES:
             return (
                 f"the arm's clock advances by {passed:.4g} s in a period of {period:g} s; "

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import RigidTransform
@@ -18,7 +20,7 @@ from eyehand.grasping.report import PickReport
 from eyehand.grasping.tray import Tray
 from eyehand.perception import Superquadric
 
-from .fake_robot import FakeRobot
+from .fake_robot import PERIOD, FakeRobot
 
 TRAY = Tray(np.array([0.0, -0.45, 0.006]), (0.25, 0.3), 0.05)
 VIEW = np.array([0.0, 0.5, 0.9])
@@ -63,6 +65,20 @@ def test_held_object_is_lifted_and_placed_in_tray():
     assert np.isfinite(pick.forces).all()
     assert pick.plan.rows < 6
     assert 0 < pick.seconds < 10
+
+
+@pytest.mark.parametrize("period", [0.004, 0.008, 0.02])
+def test_clock_in_milliseconds_is_a_fault_of_the_first_pick(period, monkeypatch):
+    """The time limit of the first motion is over after one, two or three steps."""
+    robot = FakeRobot()
+    robot.period, read = period, robot.read
+    unit = 1e3 * period / PERIOD
+    monkeypatch.setattr(robot, "read", lambda: replace(read(), time=unit * robot.time))
+
+    pick = first_pick(robot, [box()])
+
+    assert pick.outcome == "fault", pick
+    assert "write the times in s" in pick.reason
 
 
 def test_closing_without_object_is_empty_close():
