@@ -16,6 +16,7 @@ from .grasp_balance import balance
 from .hands import AnyCommand, JawCommand, ParallelHand
 from .held_grip import mean_wrench
 from .motion import NEAR_ENOUGH, RAMP_SECONDS, execute, remaining_distance, unexpected_contact
+from .pick_state import OPEN_SECONDS as LET_GO_SECONDS
 from .pick_state import PhaseFailure, PickState
 from .robot import RobotReading
 
@@ -32,6 +33,8 @@ PALM_SEARCH, PALM_SPEED = 0.012, 0.03
 palm."""
 OFFSET_STEP = 0.008
 """Sideways correction of the grasp after an early touch, m."""
+DEEPER_STEP = 0.01
+"""Distance by which the hand grasps deeper after it pressed the object down, m."""
 MAX_RETRIES = 2
 """Maximum number of new approaches after an early touch."""
 MAX_REGRASPS = 1
@@ -45,6 +48,8 @@ BOUND_SLACK = 0.001
 """The same error of a bound, m. The bound of the approach angle is so flat that 10 mm are 20°."""
 OPEN_SECONDS = 3.0
 """Time for which the arm waits above the object for slow jaws to open, s."""
+OUTSIDE = "a fingertip touches something beside its gripping face"
+"""Reason to end the motion of an open hand further over the object."""
 NARROW = 0.01
 """Distance by which the jaws may be too narrow for the approach, m."""
 APPROACH_SECONDS = 3.0
@@ -255,6 +260,26 @@ def grip(cell: Cell, state: PickState) -> PhaseFailure | None:
     state.T_palm_world_at_grasp = cell.palm_pose().inv()
     state.follow_load(cell)
     return None
+
+
+def grasp_deeper(cell: Cell, state: PickState) -> PhaseFailure | None:
+    """Open the hand, move it further over the object, and grasp again.
+
+    Fingers above the widest part of an object press it out of the hand. A part that the camera did
+    not see may be the widest one.
+    """
+    state.held = state.closing = None
+    shape = cell.hand.preshape(state.plan.opening, state.prototype)
+    cell.wait(LET_GO_SECONDS, shape)
+    state.offset = state.offset + DEEPER_STEP * cell.palm_pose().rotation.as_matrix()[:, 2]
+    execute(
+        cell,
+        state.near(cell, control_tasks(state.plan, cell.robot.hand, 0.0), PALM_SPEED),
+        cell.options.time_limit(APPROACH_SECONDS),
+        stop=lambda r: OUTSIDE if cell.hand.touches_outside(r.hand, TOUCH_FORCE) else "",
+        guarded=True,
+    )
+    return contact(cell, state) or close(cell, state) or grip(cell, state)
 
 
 def _shift(cell: Cell, state: PickState, side: float) -> None:

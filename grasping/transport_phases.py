@@ -14,7 +14,6 @@ from eyehand.perception import SuperquadricFit
 
 from .cell import Cell
 from .hands import ParallelHand
-from .held_grip import MIN_WEIGHT, STEADY_SECONDS
 from .motion import NEAR_ENOUGH, Controller, MotionResult, execute
 from .pick_state import (
     LIFT_SECONDS,
@@ -38,6 +37,7 @@ from .tray_plan import (
     measure_held,
     plan_place,
 )
+from .weighing import weigh
 
 MIN_WIDTH_SHARE = 0.3
 """Minimum distance of the fingertips that hold an object, as a share of the object's smallest
@@ -48,15 +48,6 @@ RAMP_SECONDS = 0.075
 ramps jerk it."""
 MIN_LIFT_SHARE = 0.5
 """Minimum share of the lift height at which an arm that cannot rise further continues."""
-WEIGHING_HEIGHT, MIN_WEIGHING_HEIGHT = 0.015, 0.004
-"""Maximum and minimum height to which an object is raised to be weighed, m. What slides in the hand
-then falls no further."""
-WEIGHING_SPEED = 0.04
-"""Speed of this motion, m/s."""
-WEIGHED = "the load is constant"
-"""Reason to end this motion."""
-PULL_SECONDS = 1.2
-"""Time limit of easing the grip, s."""
 TRAY_CLEARANCE = 0.03
 """Height at which the object passes over the tray's walls, m."""
 WALL_MARGIN = 0.03
@@ -71,10 +62,10 @@ is stuck, takes up to 12 s."""
 
 def lift(cell: Cell, state: PickState) -> PhaseFailure | None:
     """Lift the object vertically without turning the hand."""
-    palm = cell.palm_pose()
-    failure = _weigh(cell, state, palm)
+    failure = weigh(cell, state)
     if failure is not None:
         return failure
+    palm = state.T_palm_world_at_grasp.inv()
     goal = palm.translation + cell.options.lift_height * UP
     tasks = (Position(goal), Orientation(palm.rotation))
     result = _carry(cell, state, state.move_off(cell, tasks, LIFT_SPEED), LIFT_SECONDS)
@@ -87,42 +78,6 @@ def lift(cell: Cell, state: PickState) -> PhaseFailure | None:
     if result.end == "stopped":
         return PhaseFailure("slipped", f"{result.reason} while lifting")
     return PhaseFailure("stuck", f"lifting: {result.reason}")
-
-
-def _weigh(cell: Cell, state: PickState, palm: RigidTransform) -> PhaseFailure | None:
-    """Raise the object by millimetres, measure its weight, and ease the grip until it slides."""
-    held = state.held
-    if held is None:
-        return None
-
-    def taken_over() -> str:
-        risen = float((cell.palm_pose().translation - palm.translation) @ UP)
-        return WEIGHED if risen > MIN_WEIGHING_HEIGHT and held.steady else ""
-
-    tasks = (Position(palm.translation + WEIGHING_HEIGHT * UP), Orientation(palm.rotation))
-    result = execute(
-        cell,
-        state.move_off(cell, tasks, WEIGHING_SPEED),
-        cell.options.time_limit(LIFT_SECONDS),
-        command=lambda reading: state.grip_command(cell, reading),
-        stop=lambda _: state.lost(cell) or taken_over(),
-        gentle=True,
-    )
-    if result.end == "stopped" and result.reason != WEIGHED:
-        return PhaseFailure("slipped", f"{result.reason} while lifting")
-    cell.wait(STEADY_SECONDS, lambda reading: state.grip_command(cell, reading))
-    held.weigh()
-    pressed = held.pressed(cell.hand.forces(cell.reading.hand))
-    if state.prototype == "power" or held.weight < MIN_WEIGHT:
-        held.follow(pressed)
-        return None
-    held.start_pull(pressed)
-    end = cell.reading.time + PULL_SECONDS
-    while held.pulling and cell.reading.time < end and not cell.halted:
-        cell.wait(cell.robot.period, lambda reading: state.grip_command(cell, reading))
-    if held.pulling:
-        held.follow(pressed)
-    return None
 
 
 def check(cell: Cell, state: PickState) -> PhaseFailure | None:
@@ -189,7 +144,8 @@ class _PutDown(NamedTuple):
     low: NDArray[np.float64]
     """Position of the centre at the release, (3,), world, m."""
     high: NDArray[np.float64]
-    """Position from which it is lowered, above tray and content, (3,), world, m."""
+    """Position from which it is lowered, (3,), world, m. It lies above tray and content, and not
+    below the lifted object: a hidden part of the object may reach down to where the table was."""
 
 
 def _centre(state: PickState, palm: RigidTransform) -> NDArray[np.float64]:
@@ -236,7 +192,8 @@ def _put_down(
     place = plan_place(cell.tray, cell.tray_content, size, distance)
     free = place.below + cell.options.drop_height
     low = place.position + (free + above) * UP
-    high = low + max(cell.tray_height + TRAY_CLEARANCE - free, 0.0) * UP
+    lifted = float((cell.palm_pose().apply(centre_in_palm) - low) @ UP)
+    high = low + max(cell.tray_height + TRAY_CLEARANCE - free, lifted, 0.0) * UP
     return _PutDown(size, place, alignment, centre_in_palm, low, high)
 
 

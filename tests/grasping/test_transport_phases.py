@@ -8,7 +8,7 @@ import pytest
 from scipy.spatial.transform import RigidTransform
 
 from eyehand.control.tasks import AxisAlignment
-from eyehand.grasping import transport_phases
+from eyehand.grasping import Tray, transport_phases
 from eyehand.grasping.motion import MotionResult
 from eyehand.grasping.pick_options import PickOptions
 from eyehand.grasping.tray_plan import FREE_GAP, HeldSize, TrayPlace
@@ -75,6 +75,24 @@ def test_object_is_over_its_place_within_the_gap_to_the_content(gap, slack, monk
     )
     assert transport_phases._carry_over_tray(cell, state, goal)
     assert slacks == [slack]
+
+
+@pytest.mark.parametrize(("lifted", "high"), [(0.05, 0.142), (0.2, 0.2)])
+def test_object_does_not_go_down_on_its_way_over_the_tray(lifted, high):
+    """The hidden end of a flashlight hit the wall of the tray, below the end that was seen."""
+    up = np.array([0.0, 0.0, 1.0])
+    cell: Any = SimpleNamespace(
+        palm_pose=lambda: RigidTransform.from_translation([0.2, 0.1, lifted]),
+        robot=SimpleNamespace(hand=None),
+        tray=Tray(np.array([0.4, -0.2, 0.01]), (0.25, 0.36), 0.07),
+        tray_content=(),
+        tray_height=0.07,
+        options=PickOptions(drop_height=0.012),
+    )
+    size = HeldSize(0.03, 0.06, 0.032, 0.05)
+    goal = transport_phases._put_down(cell, size, AxisAlignment(up, up), np.zeros(3), 0.032)
+    assert goal.low[2] == pytest.approx(0.01 + 0.012 + 0.032)
+    assert goal.high[2] == pytest.approx(high)
 
 
 def test_content_lies_where_it_was_released(monkeypatch):
