@@ -23,10 +23,10 @@ if TYPE_CHECKING:
 
 GRAVITY = 9.81
 """Gravitational acceleration, m/s²."""
-CAUTIOUS_FRICTION = 0.3
-"""Friction that is assumed until it is measured. Few pads are more slippery."""
 FRICTION_SHARE = 0.8
-"""Share of the measured friction that the grip relies on."""
+"""Share of the friction that the grip relies on."""
+CAUTIOUS_FRICTION = FRICTION_SHARE * 0.3
+"""Friction that the grip relies on until it is measured. Few pads are more slippery than 0.3."""
 LAW = LoadGripOptions(reserve=2.5, relax_time=0.2)
 """Reserve and speed of the grip. The reserve holds the fingers' own mass against the object when
 the arm jerks."""
@@ -161,7 +161,9 @@ class HeldGrip:
             slid = self._slides(reading, pressed, load, dt)
             eased = pressed < MIN_GRIP or load > ENOUGH_RATIO * pressed
             if slid or self._pull.done or eased:
-                self._end_pull(pressed, slid or self._pull.friction, load / max(pressed, 1e-3))
+                # The arm of a turning load is not known. It is no proof of friction.
+                reached = float(np.hypot(*self.load[1:3])) / max(self._smooth, 1e-3)
+                self._end_pull(pressed, slid or self._pull.friction, reached)
         else:
             slipping = self._drops(cell, carried, float((palm.jacobian @ reading.velocity)[2]))
             pushes = self.pushed > PUSH_FORCE
@@ -240,7 +242,8 @@ class HeldGrip:
         self.stage, self.friction = "follow", friction
         assert self._pull is not None, "the pull has begun"
         if friction is None:
-            self._law = self._new_law(max(reached, CAUTIOUS_FRICTION), pressed)
+            reliable = max(FRICTION_SHARE * reached, CAUTIOUS_FRICTION)
+            self._law = self._new_law(reliable, pressed)
         else:
             self._law = self._new_law(FRICTION_SHARE * friction, CAUGHT_SHARE * pressed)
 

@@ -34,7 +34,7 @@ class HeldObject:
         self.mass, self.friction = mass, friction
         self.closing = Closing(HAND, "precision", 0.06, GripOptions())
         self.time, self.speed, self.slid, self.load_factor = 0.0, 0.0, 0.0, 1.0
-        self.share = self.push = 0.0
+        self.share = self.push = self.torque = 0.0
         self.lifted, self.measures = False, True
         self.lost: np.ndarray | None = None
         contact = self.hand_reading(10.0)
@@ -77,7 +77,9 @@ class HeldObject:
         self.speed = max(self.speed + PERIOD * (weight - most) / self.mass, 0.0) if sliding else 0.0
         self.slid += PERIOD * self.speed
         wrench = (
-            np.array([0.0, 0.0, carried - self.push, 0.0, 0.0, 0.0]) if self.measures else self.lost
+            np.array([0.0, 0.0, carried - self.push, self.torque, 0.0, 0.0])
+            if self.measures
+            else self.lost
         )
         reading = RobotReading(
             self.time, np.zeros(7), np.zeros(7), self.hand_reading(self.side()), wrench=wrench
@@ -121,6 +123,19 @@ def test_grip_holds_any_friction_with_little_more_than_it_needs(mass, friction):
     assert needed < 2.0 * held.side() < 2.6 * needed + 8.0
     if held.held.friction is not None:
         assert held.held.friction == pytest.approx(friction, rel=0.15)
+
+
+@pytest.mark.parametrize("torque", [0.0, 0.05])
+def test_object_that_stops_turning_stays_in_the_hand(torque):
+    """Turning, it stuck at a ratio of 0.6, where the pads had a friction of 0.3."""
+    held = HeldObject(0.17, 0.3)
+    held.torque = torque
+    held.pull()
+    held.torque = 0.0
+    slid = held.slid
+    held.run(1.5)
+    assert held.slid == slid
+    assert 2.0 * held.side() > 1.1 * held.mass * GRAVITY / held.friction
 
 
 def test_grip_follows_an_added_load_without_losing_the_object():
