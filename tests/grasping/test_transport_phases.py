@@ -79,7 +79,7 @@ def test_object_is_over_its_place_within_the_gap_to_the_content(gap, slack, monk
 
 @pytest.mark.parametrize(("lifted", "high"), [(0.05, 0.142), (0.2, 0.2)])
 def test_object_does_not_go_down_on_its_way_over_the_tray(lifted, high):
-    """The hidden end of a flashlight hit the wall of the tray, below the end that was seen."""
+    """The hidden end of a flashlight hung below the end that was seen, and hit something."""
     up = np.array([0.0, 0.0, 1.0])
     cell: Any = SimpleNamespace(
         palm_pose=lambda: RigidTransform.from_translation([0.2, 0.1, lifted]),
