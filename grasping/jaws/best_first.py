@@ -10,6 +10,7 @@ import numpy as np
 from ..hands import HandBox
 from .clearance import FULL_RANK, all_points, coarse_points, hand_clearances
 from .depth_error import depth_error_term
+from .filled_space import filled_points
 from .kernels import BLOCKED
 from .memory import memory_term
 from .scored import ScoredCandidates, join_scored
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     from eyehand.perception import Scene
 
     from ..hands import ParallelHand
+    from .candidates import Candidates
     from .options import JawOptions
     from .point_blocks import PointBlocks
     from .surface_model import ObjectSurface
@@ -59,6 +61,8 @@ class SceneTests:
     """All its readings."""
     hidden: HiddenSpace
     """The space that its objects hide."""
+    filled: PointBlocks
+    """The hidden space that its objects fill."""
     hand: ParallelHand
     """The hand."""
     shell: ParallelHand
@@ -69,12 +73,14 @@ def scene_tests(
     scene: Scene, surfaces: Sequence[ObjectSurface], hand: ParallelHand, options: JawOptions
 ) -> SceneTests:
     """Prepare the tests of a scene with at least one surface."""
+    hidden = HiddenSpace(surfaces, scene.view_origin, hand)
     return SceneTests(
         scene,
         surfaces,
         coarse_points(surfaces, scene),
         all_points(surfaces, scene),
-        HiddenSpace(surfaces, scene.view_origin, hand),
+        hidden,
+        filled_points(surfaces, scene, hidden),
         hand,
         _yielding(hand) if options.guarded else hand,
     )
@@ -185,7 +191,7 @@ def _with_scene_terms(
 
     The terms of candidates that cannot exceed `MIN_PROBABILITY` are not exact.
     """
-    found = _with_clearance(scored, tests.coarse, tests.shell, options)
+    found = _with_clearance(scored, tests, options)
     hidden = tests.hidden.shares(found.candidates, found.opening)
     found.terms["unseen"] = (1.0 - HIDDEN_COST * hidden).prod(axis=1)
     found.terms["memory"] = memory_term(found.candidates, tests.surfaces, options.failed)
@@ -193,15 +199,12 @@ def _with_scene_terms(
 
 
 def _with_clearance(
-    scored: ScoredCandidates,
-    blocks: PointBlocks,
-    hand: ParallelHand,
-    options: JawOptions,
+    scored: ScoredCandidates, tests: SceneTests, options: JawOptions
 ) -> ScoredCandidates:
     """Add the terms of the clearance, at the full opening or at a smaller one."""
     total = scored.total
     least = _least_clearance(total, options)
-    free = hand_clearances(scored.candidates, scored.opening, blocks, hand, least=least)
+    free = _clearance(scored.candidates, scored.opening, tests, least)
     opening = scored.opening.copy()
     narrow = np.ones(len(opening))
     if not options.full_opening:
@@ -209,16 +212,30 @@ def _with_clearance(
         touching = np.flatnonzero(
             (probability < NARROW_TERM) & (NARROW_TERM * total > MIN_PROBABILITY)
         )
-        less = np.minimum(scored.contact.width[touching] + 2 * SIDE_CLEARANCE, hand.stroke)
+        less = np.minimum(scored.contact.width[touching] + 2 * SIDE_CLEARANCE, tests.hand.stroke)
         least = _least_clearance(NARROW_TERM * total[touching], options)
         narrowed = scored.candidates.take(touching)
-        closer = hand_clearances(narrowed, less, blocks, hand, least=least)
+        closer = _clearance(narrowed, less, tests, least)
         better = NARROW_TERM * _free_probability(closer, options) > probability[touching]
         changed = touching[better]
         opening[changed], narrow[changed] = less[better], NARROW_TERM
         free[changed] = closer[better]
     terms = {**scored.terms, **clearance_terms(free, options), "opening": narrow}
     return replace(scored, opening=opening, terms=terms, clearance=free)
+
+
+def _clearance(
+    candidates: Candidates,
+    opening: NDArray[np.float64],
+    tests: SceneTests,
+    least: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """Return the clearance from averaged points, and from the space that others fill, (n, 2), m."""
+    free = hand_clearances(candidates, opening, tests.coarse, tests.shell, least=least)
+    # These points have no noise.
+    filled = hand_clearances(candidates, opening, tests.filled, tests.shell, 1, least)
+    free[:, 1] = np.minimum(free[:, 1], filled[:, 1])
+    return free
 
 
 def _least_clearance(total: NDArray[np.float64], options: JawOptions) -> NDArray[np.float64]:

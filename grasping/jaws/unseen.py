@@ -72,12 +72,21 @@ class HiddenSpace:
         local[..., 0] += 0.5 * opening[:, None, None]
         local[:, 1, :, 0] *= -1.0
         world = local.reshape(count, -1, 3) @ candidates.rotation.transpose(0, 2, 1)
-        world += candidates.tip[:, None] - self._origin
-        where, distance = _cells(world.reshape(-1, 3), self._frame)
-        place = np.clip(where - self._low, 0, self._size - 1)
-        image = self._image(int(candidates.object[0]))
-        hidden = image[place[:, 0], place[:, 1]] < distance - BEHIND
+        world += candidates.tip[:, None]
+        hidden = self._hidden(world.reshape(-1, 3), int(candidates.object[0]))
         return hidden.reshape(count, 2, len(places)).mean(axis=2)
+
+    def hides(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Return which points (n, 3), m, any object hides, (n,)."""
+        if len(self._owner) == 0 or len(points) == 0:
+            return np.zeros(len(points), bool)
+        return self._hidden(points, -1)
+
+    def _hidden(self, points: NDArray[np.float64], number: int) -> NDArray[np.bool_]:
+        """Return which points (n, 3) objects hide, except that with the number, (n,)."""
+        where, distance = _cells(points - self._origin, self._frame)
+        place = np.clip(where - self._low, 0, self._size - 1)
+        return self._image(number)[place[:, 0], place[:, 1]] < distance - BEHIND
 
     def _image(self, number: int) -> NDArray[np.float64]:
         """Return the ranges of the other objects' points in cells of directions, m."""
