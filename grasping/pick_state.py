@@ -75,6 +75,8 @@ NEAR_MARGIN = 0.003
 but tolerates smaller perception errors."""
 NEAR_INFLUENCE = 0.015
 """Distance below which obstacles repel the hand near the grasp, m."""
+EMPTY_SECONDS = 0.05
+"""Time without an object after which jaws have lost it, s."""
 CARRY_PATIENCE = 0.2
 """Time without progress after which a motion with a held object ends, s."""
 
@@ -125,6 +127,8 @@ class PickState:
     """Adjusts the grip to the measured load; None without a sense of it."""
     gripped: float | None = None
     """Width of the hand that holds the object, m; None before the grip."""
+    held_at: float = -np.inf
+    """Robot time at which jaws last held something, s."""
     T_palm_world_at_grasp: RigidTransform = field(default_factory=RigidTransform.identity)
     """Transform from world to palm at the time of the grasp. It maps the perceived pose of the
     object to its pose in the palm while the object is held."""
@@ -171,12 +175,15 @@ class PickState:
     def lost(self, cell: Cell) -> str:
         """Return the reason to stop if the closed hand holds nothing any more; empty if it does.
 
-        Fingers are empty only after a while, because a light object bounces between the pads.
+        Fingers are empty only after a while, because a light object bounces between the pads. Jaws
+        are after `EMPTY_SECONDS`: a driver may give a single wrong width.
         """
         if isinstance(self.closing, Closing):
             holds = self.closing.state != "empty"
         else:
-            holds = cell.hand.holds(cell.reading.hand)
+            if cell.hand.holds(cell.reading.hand):
+                self.held_at = cell.reading.time
+            holds = cell.reading.time - self.held_at < EMPTY_SECONDS
         return "" if holds else "the object left the hand"
 
     def follow_load(self, cell: Cell) -> None:

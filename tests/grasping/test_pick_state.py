@@ -176,6 +176,20 @@ class Jaws:
         return RigidTransform.identity()
 
 
+def test_one_wrong_width_is_no_loss_but_an_empty_gripper_is():
+    jaws, state = Jaws(0.04, reached=0.04, glitch=0.0), pick_state("precision")
+    losses = []
+    for _ in range(120):
+        jaws.step(None, None)
+        losses.append(bool(state.lost(jaws)))  # pyright: ignore[reportArgumentType]
+    assert not any(losses)
+    jaws.width = jaws.reached = 0.0
+    for _ in range(8):
+        jaws.step(None, None)
+        losses.append(bool(state.lost(jaws)))  # pyright: ignore[reportArgumentType]
+    assert losses[-1]
+
+
 def released(monkeypatch, jaws, gripped):
     """Release an object gripped at a width; return the failure, and whether the hand moved off."""
     moved = []
