@@ -1,5 +1,6 @@
 """`eyehand doctor`: every part is reported, and only a missing core is a fault."""
 
+import importlib
 import json
 
 import pytest
@@ -22,6 +23,9 @@ def quick(monkeypatch) -> None:
     monkeypatch.setattr(doctor, "LOADERS", {})
     monkeypatch.setattr("eyehand.data_synth.render.gl_fault", lambda: "OpenGL is off; no display")
     monkeypatch.setattr(doctor, "_camera", lambda: doctor.Check("camera", False, "none", "connect"))
+    # Modules that are imported while this is patched would keep the patch.
+    for name in ("fit", "grasp_command", "perceive"):
+        importlib.import_module(f"eyehand.apps.{name}")
     monkeypatch.setattr("eyehand.apps.perceived_frame.load_kernels", lambda: None)
 
 
