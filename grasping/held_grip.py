@@ -177,9 +177,12 @@ class HeldGrip:
     def pressed(self, forces: NDArray[np.float64]) -> float:
         """Return the force of all pads on the object, N, from those of fingers, thumb and palm.
 
-        Fingertips hold what the thumb opposes. Other forces are those of fingers on their own palm.
+        Fingertips hold what the thumb opposes. Other forces are those of fingers on their own palm,
+        and of a thumb that a neighbour presses.
         """
-        return float(forces.sum() if self._encloses else 2.0 * forces[-2])
+        if self._encloses:
+            return float(forces.sum())
+        return 2.0 * float(min(forces[:-2].sum(), forces[-2]))
 
     def _slides(self, reading: RobotReading, pressed: float, load: float, dt: float) -> float:
         """Return the ratio of load and grip at which the object began to slide; 0 if it sticks."""

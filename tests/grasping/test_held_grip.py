@@ -138,6 +138,17 @@ def test_object_that_stops_turning_stays_in_the_hand(torque):
     assert 2.0 * held.side() > 1.1 * held.mass * GRAVITY / held.friction
 
 
+def test_neighbour_that_presses_the_thumb_does_not_open_the_grip():
+    """A thumb that read 21 N took the tension from the fingers, and a wall of 0.2 kg fell."""
+    held = HeldObject(0.2, 1.0)
+    held.pull()
+    held.run(0.5)
+    exact, slid = held.forces, held.slid
+    held.cell.hand.forces = lambda _: exact() + np.array([0.0, 0.0, 0.0, 20.0, 0.0])
+    held.run(0.5)
+    assert held.slid == slid
+
+
 def test_grip_follows_an_added_load_without_losing_the_object():
     held = HeldObject(0.4, 0.6)
     held.pull()
