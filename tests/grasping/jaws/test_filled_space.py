@@ -29,9 +29,9 @@ def whole():
 def floating():
     """Only the top of the object behind is seen, and the fit ends 0.05 m below it."""
     pose = RigidTransform.from_translation([*PLACE, HEIGHT - 0.025])
-    solid = replace(
-        BEHIND.fit.superquadric, semi_axes=np.array([0.06, 0.5 * DEPTH, 0.025]), pose=pose
-    )  # pyright: ignore[reportArgumentType]
+    solid = BEHIND.fit.superquadric
+    assert solid is not None
+    solid = replace(solid, semi_axes=np.array([0.06, 0.5 * DEPTH, 0.025]), pose=pose)
     top = BEHIND.points[BEHIND.points[:, 2] > HEIGHT - 1e-3]
     return replace(BEHIND, points=top, fit=replace(BEHIND.fit, superquadric=solid))
 
