@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from .unseen import HiddenSpace
 
 SPACING = 0.008
-"""Distance between the points, m. A finger with its approach holds more than three of them."""
+"""Distance between the points, m. A finger is thicker than that, so it holds some."""
 
 
 def filled_points(
@@ -32,8 +32,8 @@ def filled_points(
 ) -> PointBlocks:
     """Return hidden points between the surfaces of objects and the support.
 
-    What an object looks like from the camera does not change if such a point is free. But an object
-    that stands on the support is seldom free below. One that rests on another object may be.
+    An object that stands on the support usually fills the hidden space below its seen surface. The
+    space below an object that rests on another one may be free, so it has no points.
     """
     resting = {item.label for item in scene.objects if item.rests_on}
     groups = []
