@@ -35,23 +35,18 @@ class LinkVolumes:
     points: tuple[NDArray[np.float64], ...]
     """Points (V, 3) of each geom in its own frame, m. Their convex hull contains the geom."""
 
-    def __init__(self, source: Source) -> None:
+    def __init__(self, source: Source | RobotModel) -> None:
         """Load a robot from an MJCF or URDF file, or from an ``MjSpec``.
+
+        A `RobotModel` has the joints that it controls. Those of its gripper stay at home.
 
         Raises
         ------
         InputError
             If the file cannot be read, or holds no body or joint.
         """
-        spec = read_robot(source)
-        if len(spec.bodies) < 2:
-            raise InputError(f"robot: {source} holds no body")
-        # Any body can be the controlled frame, which is not used here.
-        named = next((body.name for body in spec.bodies[1:] if body.name), "")
-        moving = (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)
-        # Joints of grippers count too: the camera sees the fingers where they are.
-        joints = [joint.name for joint in spec.joints if joint.type in moving]
-        self._robot = robot = RobotModel.load(spec, named, joints=joints if all(joints) else None)
+        robot = source if isinstance(source, RobotModel) else _load_with_all_joints(source)
+        self._robot = robot
         self.joint_names = robot.joint_names
         model = robot.model
         roots = {int(model.body_rootid[model.jnt_bodyid[joint]]) for joint in robot.joints}
@@ -93,6 +88,18 @@ class LinkVolumes:
         poses[:, :3, :3] = data.geom_xmat[self._geoms].reshape(-1, 3, 3)
         poses[:, :3, 3] = data.geom_xpos[self._geoms]
         return poses
+
+
+def _load_with_all_joints(source: Source) -> RobotModel:
+    """Load a robot with the joints of grippers too: the camera sees the fingers where they are."""
+    spec = read_robot(source)
+    if len(spec.bodies) < 2:
+        raise InputError(f"robot: {source} holds no body")
+    # Any body can be the controlled frame, which is not used here.
+    named = next((body.name for body in spec.bodies[1:] if body.name), "")
+    moving = (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)
+    joints = [joint.name for joint in spec.joints if joint.type in moving]
+    return RobotModel.load(spec, named, joints=joints if all(joints) else None)
 
 
 def _geom_points(model: Model, geom: int) -> NDArray[np.float64]:

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.spatial.transform import RigidTransform, Rotation
 
-from eyehand.control import RobotModel
+from eyehand.control import LinkVolumes, RobotModel
 from eyehand.errors import InputError
+from eyehand.perception import PosedVolumes, volume_extents
 
 from .hand_frame_check import check_hand_frame
 from .hands import AnyCommand, HandModel, ParallelHand
@@ -141,6 +143,16 @@ class Cell:
         state = self.arm_state()
         rotation = Rotation.from_matrix(state.rotation)
         return RigidTransform.from_components(state.position, rotation)
+
+    def robot_volumes(self) -> PosedVolumes:
+        """Return where the robot is in the world, with an open hand."""
+        links, extents = self._links
+        return PosedVolumes(extents, links.poses(self.reading.q))
+
+    @cached_property
+    def _links(self) -> tuple[LinkVolumes, NDArray[np.float64]]:
+        links = LinkVolumes(self._model_with_open_hand())
+        return links, volume_extents(links.points)
 
     @property
     def home(self) -> NDArray[np.float64]:

@@ -8,7 +8,10 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 from zlib import crc32
 
+import numpy as np
+
 from eyehand.errors import DeviceError, InputError
+from eyehand.perception import mask_volumes
 
 from .frame_fusion import fuse_frames
 from .robot_checks import check_frame
@@ -16,7 +19,6 @@ from .robot_watch import one_line
 from .scene_validation import WALL_MARGIN, validate_scene
 
 if TYPE_CHECKING:
-    import numpy as np
     from numpy.typing import NDArray
 
     from eyehand.perception import DepthFrame, Scene
@@ -67,7 +69,10 @@ def observe(cell: Cell) -> tuple[Scene | None, float, str]:
 
 
 def _capture(cell: Cell) -> DepthFrame:
-    """Capture a depth image; whatever the camera's driver raises becomes a `DeviceError`."""
+    """Capture a depth image, and remove the readings of the robot.
+
+    Whatever the camera's driver raises becomes a `DeviceError`.
+    """
     try:
         frame = cell.robot.capture()
     except Exception as error:
@@ -75,7 +80,11 @@ def _capture(cell: Cell) -> DepthFrame:
     check_frame(frame)
     # Not the image itself: a driver may use its memory again.
     cell.image_checksum = crc32(frame.depth.tobytes())
-    return frame
+    masked = mask_volumes(frame, cell.robot_volumes())
+    share = 1.0 - np.count_nonzero(masked.depth) / max(np.count_nonzero(frame.depth), 1)
+    if share > 0.0:
+        _log.info("readings on the robot, by its description: %.0f %%", 100.0 * share)
+    return masked
 
 
 def _without_tray(scene: Scene, tray: Tray) -> Scene:

@@ -104,7 +104,7 @@ class Camera(Protocol):
     """The driver of a depth camera."""
 
     def capture(self) -> DepthFrame:
-        """Capture a depth image without the robot, as `Robot.capture`.
+        """Capture a depth image, as `Robot.capture`.
 
         It raises an exception for a dropped frame.
         """
@@ -157,12 +157,12 @@ class Robot(Protocol):
         ...
 
     def capture(self) -> DepthFrame:
-        """Capture a depth image without the robot.
+        """Capture a depth image.
 
         The frame's `T_world_camera` comes from hand-eye calibration. The robot does
         not move meanwhile. It is in its rest posture or over the tray
-        (`ClearOptions.capture_over_tray`). Pixels that show the robot must be 0 in the depth.
-        Otherwise the robot is segmented as an object.
+        (`ClearOptions.capture_over_tray`). `observe` removes the readings of what `description`
+        holds. Cables, and a pedestal outside the description, are the driver's to mask.
         """
         ...
 

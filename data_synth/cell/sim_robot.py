@@ -217,10 +217,11 @@ class SimRobot:
         return self.read()
 
     def capture(self) -> DepthFrame:
-        """Capture a depth image. Pixels of the robot, its pedestal and the tray have no reading."""
-        cell = self._world.cell
-        labels = np.zeros(self._model.ngeom, dtype=np.int32)
-        labels[self._touch.robot] = 1
+        """Capture a depth image. Pixels of the robot's pedestal and the tray have no reading."""
+        cell, model = self._world.cell, self._model
+        labels = np.zeros(model.ngeom, dtype=np.int32)
+        fixed = model.body_weldid[model.geom_bodyid] == 0
+        labels[self._touch.robot & fixed] = 1
         view = self._render(cell.intrinsics, cell.T_world_camera, labels, colour=False)
         rng = np.random.default_rng([self._seed, self._captures])
         self._captures += 1

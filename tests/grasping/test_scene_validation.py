@@ -224,6 +224,31 @@ def test_visible_walls_of_the_tray_are_no_objects_and_no_background(shift, half_
     np.testing.assert_array_equal(observed.background, post)
 
 
+def test_readings_of_the_robot_are_removed():
+    """The image shows a level plane through the palm of the hand."""
+    lens = CameraIntrinsics(20.0, 20.0, 15.5, 11.5, 32, 24)
+    robot = FakeRobot()
+    palm = Cell(robot, lambda _: None, TRAY).palm_pose().translation
+    down = Rotation.from_euler("x", 180.0, degrees=True)
+    camera = RigidTransform.from_components(palm + np.array([0.0, 0.0, 0.5]), down)
+    robot.capture = lambda: DepthFrame(np.full((24, 32), 0.5, np.float32), lens, camera)
+    captured = []
+
+    def perceive(frame):
+        captured.append(frame)
+        raise InputError("no scene is needed")
+
+    observe(Cell(robot, perceive, TRAY))
+
+    frame = captured[0]
+    assert frame.masked is not None
+    np.testing.assert_array_equal(frame.masked, frame.depth == 0.0)
+    assert frame.masked[11:13, 15:17].all()
+    at = camera.apply(frame.points()[frame.depth > 0.0].astype(float))
+    assert np.linalg.norm(at - palm, axis=1).min() > 0.02
+    assert 0.02 < frame.masked.mean() < 0.5
+
+
 def test_unsegmented_walls_of_the_tray_are_explained():
     frame, scene = block_from_above(0.1, 8)
     middle = FROM_ABOVE.apply(frame.points()[frame.depth < 0.95].mean(axis=0)) * (1.0, 1.0, 0.0)
