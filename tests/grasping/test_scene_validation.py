@@ -227,18 +227,19 @@ def test_visible_walls_of_the_tray_are_no_objects_and_no_background(shift, half_
 def test_readings_of_the_robot_are_removed():
     """The image shows a level plane through the palm of the hand."""
     lens = CameraIntrinsics(20.0, 20.0, 15.5, 11.5, 32, 24)
-    robot = FakeRobot()
-    palm = Cell(robot, lambda _: None, TRAY).palm_pose().translation
-    down = Rotation.from_euler("x", 180.0, degrees=True)
-    camera = RigidTransform.from_components(palm + np.array([0.0, 0.0, 0.5]), down)
-    robot.capture = lambda: DepthFrame(np.full((24, 32), 0.5, np.float32), lens, camera)
     captured = []
 
     def perceive(frame):
         captured.append(frame)
         raise InputError("no scene is needed")
 
-    observe(Cell(robot, perceive, TRAY))
+    robot = FakeRobot()
+    cell = Cell(robot, perceive, TRAY)
+    palm = cell.palm_pose().translation
+    down = Rotation.from_euler("x", 180.0, degrees=True)
+    camera = RigidTransform.from_components(palm + np.array([0.0, 0.0, 0.5]), down)
+    robot.capture = lambda: DepthFrame(np.full((24, 32), 0.5, np.float32), lens, camera)
+    observe(cell)
 
     frame = captured[0]
     assert frame.masked is not None
