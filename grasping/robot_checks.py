@@ -58,7 +58,7 @@ def check_type(value: object, kinds: type | tuple[type, ...], what: str) -> None
     """Raise an `InputError` if a value has none of the types."""
     if not isinstance(value, kinds):
         names = [kind.__name__ for kind in (kinds if isinstance(kinds, tuple) else (kinds,))]
-        raise InputError(f"{what} must be a {' or '.join(names)}, got a {type(value).__name__}")
+        raise InputError(f"{what} must be of type {' or '.join(names)}, got {type(value).__name__}")
 
 
 def check_robot(robot: Robot) -> None:

@@ -42,13 +42,13 @@ def refusal(robot) -> str:
 @pytest.mark.parametrize(
     ("member", "value", "words"),
     [
-        ("hand", "panda", "robot.hand must be a HandModel or ParallelHand, got a str"),
-        ("hand_frame", None, "robot.hand_frame must be a str"),
+        ("hand", "panda", "robot.hand must be of type HandModel or ParallelHand, got str"),
+        ("hand_frame", None, "robot.hand_frame must be of type str"),
         ("joints", "joint1", "must be the names of the arm's joints"),
         ("period", 4.0, "robot.period must be 0 to 1 s, got 4.0"),
         ("capture", 3, "FakeRobot.capture must be a method, got 3"),
         ("description", lambda _: None, "robot.description(): robot: the source must be a path"),
-        ("read", lambda: (0.0, [0.0]), "robot.read() must be a RobotReading, got a tuple"),
+        ("read", lambda: (0.0, [0.0]), "robot.read() must be of type RobotReading, got tuple"),
     ],
 )
 def test_wrong_member_is_named(member, value, words):
@@ -80,7 +80,7 @@ def test_arm_whose_step_returns_nothing_is_named():
     camera = SimpleNamespace(capture=lambda: None)
     robot = JoinedRobot(arm, hand, camera, lambda _: "", "palm")  # pyright: ignore[reportArgumentType]
     with pytest.raises(
-        DeviceError, match=r"arm: .*what step\(\) returns .* ArmReading, got a None"
+        DeviceError, match=r"arm: .*what step\(\) returns .* ArmReading, got None"
     ):
         robot.step(np.zeros(1))
     assert robot.read().time == 0.0
@@ -154,7 +154,7 @@ def test_tray_longer_than_the_arm_is_accepted():
 
 def test_two_trays_are_refused():
     trays: Any = (TRAY, TRAY)
-    with pytest.raises(InputError, match="tray must be a Tray, got a tuple"):
+    with pytest.raises(InputError, match="tray must be of type Tray, got tuple"):
         Cell(FakeRobot(), no_scene, trays)
 
 
