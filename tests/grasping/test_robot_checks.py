@@ -79,9 +79,7 @@ def test_arm_whose_step_returns_nothing_is_named():
     hand = SimpleNamespace(model=None, read=lambda: JawReading(0.05), move=lambda command: None)
     camera = SimpleNamespace(capture=lambda: None)
     robot = JoinedRobot(arm, hand, camera, lambda _: "", "palm")  # pyright: ignore[reportArgumentType]
-    with pytest.raises(
-        DeviceError, match=r"arm: .*what step\(\) returns .* ArmReading, got None"
-    ):
+    with pytest.raises(DeviceError, match=r"arm: .*what step\(\) returns .* ArmReading, got None"):
         robot.step(np.zeros(1))
     assert robot.read().time == 0.0
 
