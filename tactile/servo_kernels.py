@@ -47,6 +47,11 @@ RETREAT_SPEED = 0.05
 """Speed limit away from the object, m/s."""
 MAX_ROLL_RATIO = 40.0
 """Upper bound of the angular velocity per offset of the centre of pressure, rad/(m s)."""
+FOLLOWED, GONE, SAFE_SPEED = 0.6, 0.75, 0.003
+"""Error of the pressure, as a share of the goal, up to which a landed pad follows an object with
+its full gain, and from which the object may have left. The foam's memory then looks like a light
+contact, so the proportional part is as slow as in a landing, but it may always command this last
+speed, m/s."""
 PRESS_BAND = 0.2
 """Error of the pressure within which its integral grows, as a share of the goal. A wider band
 compensates faster drifts and overshoots more after contact."""
@@ -219,6 +224,12 @@ def _press(settings, arrays, pressure, area, dt, out):
             rested = min(memory[LANDED] / REST_SECONDS, 1.0) ** 2
             gain += (settings.rest_gain - gain) * rested
             lead *= 1.0 + rested
+            error = (goal - pressure) / goal
+            if error > FOLLOWED:
+                gone = min((error - FOLLOWED) / (GONE - FOLLOWED), 1.0)
+                top = FOLLOWED * (gain + (settings.press_gain - gain) * gone)
+                safe = SAFE_SPEED * arrays.stiffness[STIFFNESS] / goal
+                gain = min(gain, max(top, safe) / error)
         gain /= arrays.stiffness[STIFFNESS]
         # While the pressure is predicted, its error stays small for long and would wind up.
         settled = memory[SETTLED] > 0.0 or settings.anti_windup == 0.0

@@ -327,6 +327,15 @@ def test_more_gain_after_landing_holds_an_object_that_comes(monkeypatch):
     assert slow.rest_loop_gain() == pytest.approx(1.25 * slow.press_loop_gain())
 
 
+@pytest.mark.parametrize(("pressure", "speed"), [(410.0, 0.59 * 28), (250.0, 8.4), (50.0, 8.4)])
+def test_landed_pad_that_is_far_from_its_goal_is_as_slow_as_while_landing(pressure, speed):
+    """The object may have left, and the reading may be the foam's memory of it."""
+    servo = TactileServo(selection=PRESS, options=ServoOptions(known_stiffness=1e6, window=1))
+    for _ in range(100):
+        servo.step(touch(pressure=1000.0), DT)
+    assert servo.step(touch(pressure=pressure), DT).twist[2] == pytest.approx(1e-3 * speed)
+
+
 def test_estimated_place_is_approached_with_less_gain_and_without_an_integral():
     options = ServoOptions(shear_lever=0.004)
     servo, still = TactileServo(options=options), np.zeros(6)

@@ -64,6 +64,15 @@ def test_bounds_of_the_other_sensors_are_values_of_sweeps(sensor):
         assert value in required, f"{name}: a worse sensor cannot hold to more than the good one"
 
 
+@pytest.mark.parametrize("seed", [400, 401])
+def test_object_that_leaves_and_comes_back_is_met_gently(seed):
+    """The foam remembers the object, so the pad follows it without noticing that it has left."""
+    (sweep,) = select_sweeps(touch_sweeps(), ("lost-rolling",))
+    trial = sweep.attempt(5.0, seed, SENSORS["real"])
+    assert trial.clean
+    assert trial.picture.peak_force < 30.0
+
+
 def test_evaluate_contact_distinguishes_harm_from_missed_goal():
     assert evaluate_contact(QUIET, 1000.0).passed
     for change in ({"pressure": 500.0}, {"peak_pressure": 1300.0}, {"swing": 100.0}):
