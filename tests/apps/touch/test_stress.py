@@ -69,6 +69,7 @@ def test_object_that_leaves_and_comes_back_is_met_gently(seed):
     """The foam remembers the object, so the pad follows it without noticing that it has left."""
     (sweep,) = select_sweeps(touch_sweeps(), ("lost-rolling",))
     trial = sweep.attempt(5.0, seed, SENSORS["real"])
+    assert isinstance(trial.picture, ContactFigures)
     assert trial.clean
     assert trial.picture.peak_force < 30.0
 
