@@ -70,7 +70,7 @@ class CollisionWorld:
         self._file_geoms = find_collision_geoms(robot)
         self._obstacles: dict[str, Obstacle] = {}
         self._held: dict[str, HeldObject] = {}
-        self._preparation = MeshPreparation(robot.spec)
+        self._preparation = MeshPreparation(robot)
         self._motions = ObstacleMotions()
         self._geoms: dict[str, int] = {}
         self._slots = SLOTS

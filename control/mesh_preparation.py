@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
     from .held_object import HeldObject
-    from .mujoco_binding import Spec
+    from .robot_model import RobotModel
     from .shapes import Obstacle, Shape
     from .world_spec import WorldModel
 
@@ -27,8 +27,8 @@ control loop would wait up to five periods for a thread."""
 class MeshPreparation:
     """The meshes of a world that are not compiled yet. MuJoCo compiles without Python's lock."""
 
-    def __init__(self, spec: Spec) -> None:
-        self._spec = spec
+    def __init__(self, robot: RobotModel) -> None:
+        self._robot = robot
         self._boxes: dict[str, tuple[Box, RigidTransform]] = {}
         self._slots = 0
         self._meshes: tuple[ConvexMesh, ...] = ()
@@ -61,7 +61,7 @@ class MeshPreparation:
 
     def build(self, slots: int, meshes: tuple[ConvexMesh, ...]) -> WorldModel:
         """Compile the robot with empty slots and meshes."""
-        return build_world(self._spec, slots, meshes)
+        return build_world(self._robot, slots, meshes)
 
     def compiled(self, slots: int, wanted: tuple[ConvexMesh, ...]) -> WorldModel | None:
         """Return the world with all meshes if it is compiled; otherwise start the thread.

@@ -5,14 +5,18 @@ A primitive shape is written into a prepared geom, a slot, without a new compila
 
 from __future__ import annotations
 
+import copy
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
+from .collision_pairs import find_collision_geoms
 from .mujoco_binding import Data, Model, Spec, mujoco
+from .robot_model import RobotModel
 from .robot_source import compile_spec
 from .shapes import Box, Capsule, ConvexMesh, Cylinder, Ellipsoid, Shape, Sphere
 
@@ -26,6 +30,8 @@ FAR_AWAY_M = 1e3
 """Depth at which empty slots are kept, m. They are in no pair, but a viewer would draw them."""
 
 _PREFIX = "eyehand_slot_"
+_BALL = 0.01
+"""Radius of a ball that stands for a visual mesh, m. It only gives a body without inertia one."""
 _IDENTITY = [1.0, 0.0, 0.0, 0.0]
 _GEOM_FIELDS: dict[str, Any] = {
     "pos": [0.0] * 3,
@@ -61,8 +67,40 @@ class WorldModel:
     """Geoms of the meshes, in the order of the arguments."""
 
 
-def build_world(spec: Spec, slots: int, meshes: Sequence[ConvexMesh]) -> WorldModel:
-    """Compile a copy of a robot with empty slots and meshes."""
+class _Prepared:
+    """What all worlds of a robot share: MuJoCo compiles the meshes of an arm for up to 0.4 s."""
+
+    def __init__(self, robot: RobotModel) -> None:
+        self.spec = robot.spec.copy()
+        """The robot without the meshes that never collide."""
+        _drop_visual_meshes(self.spec, robot)
+        self.models: dict[int, Model] = {}
+        """Models without meshes of obstacles, by their number of slots. Worlds use copies."""
+
+
+_prepared: WeakKeyDictionary[RobotModel, _Prepared] = WeakKeyDictionary()
+
+
+def build_world(robot: RobotModel, slots: int, meshes: Sequence[ConvexMesh]) -> WorldModel:
+    """Return a world of a robot with empty slots and meshes."""
+    prepared = _prepared.get(robot)
+    if prepared is None:
+        prepared = _prepared[robot] = _Prepared(robot)
+    if meshes:
+        model = _compile(prepared.spec, slots, meshes)
+    else:
+        if slots not in prepared.models:
+            prepared.models[slots] = _compile(prepared.spec, slots, ())
+        model = copy.copy(prepared.models[slots])
+    return WorldModel(
+        model,
+        mujoco.MjData(model),
+        tuple(model.geom(f"{_PREFIX}{number}").id for number in range(slots)),
+        tuple(model.geom(f"{_PREFIX}mesh_{number}").id for number in range(len(meshes))),
+    )
+
+
+def _compile(spec: Spec, slots: int, meshes: Sequence[ConvexMesh]) -> Model:
     spec = spec.copy()
     spec.option.ccd_tolerance = CCD_TOLERANCE
     spec.option.ccd_iterations = CCD_ITERATIONS
@@ -75,13 +113,7 @@ def build_world(spec: Spec, slots: int, meshes: Sequence[ConvexMesh]) -> WorldMo
         spec.add_mesh(name=name, uservert=mesh.vertices.ravel(), **_MESH_FIELDS)
         kind = mujoco.mjtGeom.mjGEOM_MESH
         _add_body(spec, name).add_geom(name=name, type=kind, meshname=name, **_GEOM_FIELDS)
-    model = compile_spec(spec)
-    return WorldModel(
-        model,
-        mujoco.MjData(model),
-        tuple(model.geom(f"{_PREFIX}{number}").id for number in range(slots)),
-        tuple(model.geom(f"{_PREFIX}mesh_{number}").id for number in range(len(meshes))),
-    )
+    return compile_spec(spec)
 
 
 def fill_slot(model: Model, geom: int, shape: Shape) -> None:
@@ -91,6 +123,19 @@ def fill_slot(model: Model, geom: int, shape: Shape) -> None:
     model.geom_size[geom] = size
     model.geom_rbound[geom] = radius
     model.geom_aabb[geom] = [0.0, 0.0, 0.0, *half]
+
+
+def _drop_visual_meshes(spec: Spec, robot: RobotModel) -> None:
+    """Replace meshes that never collide by balls, so that the other geoms keep their ids."""
+    colliding = find_collision_geoms(robot).names
+    used = set()
+    for original, geom in zip(robot.spec.geoms, spec.geoms, strict=True):
+        if geom.type == mujoco.mjtGeom.mjGEOM_MESH and original.id not in colliding:
+            geom.type, geom.meshname, geom.size = mujoco.mjtGeom.mjGEOM_SPHERE, "", [_BALL] * 3
+        used.add(geom.meshname)
+    for mesh in list(spec.meshes):
+        if mesh.name not in used:
+            spec.delete(mesh)
 
 
 def _add_body(spec: Spec, name: str) -> Spec:

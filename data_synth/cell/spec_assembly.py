@@ -72,7 +72,9 @@ def set_base(spec: Any, T_world_base: Any) -> None:
 
 
 def remove_visual_geoms(spec: Any, model: Any | None = None) -> None:
-    """Remove the geoms of a spec (`MjSpec`) that touch nothing.
+    """Remove the geoms of a spec (`MjSpec`) that touch nothing, and their meshes.
+
+    MuJoCo compiles meshes without a geom too: those of a Panda take 0.36 s.
 
     Parameters
     ----------
@@ -85,6 +87,10 @@ def remove_visual_geoms(spec: Any, model: Any | None = None) -> None:
     for geom in list(spec.geoms):
         if geom.contype == 0 and geom.conaffinity == 0:
             spec.delete(geom)
+    used = {geom.meshname for geom in spec.geoms}
+    for mesh in list(spec.meshes):
+        if mesh.name not in used:
+            spec.delete(mesh)
     if model is None:
         return
     for body in spec.bodies[1:]:

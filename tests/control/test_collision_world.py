@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import RigidTransform, Rotation
 
-from eyehand.control import collision_world
+from eyehand.control import collision_world, world_spec
 from eyehand.control.collision_world import CollisionWorld
 from eyehand.control.options import CollisionOptions
 from eyehand.control.robot_model import RobotModel
 from eyehand.control.shapes import Box, Capsule, ConvexMesh, Cylinder, Obstacle, Shape, Sphere
+from eyehand.control.world_spec import build_world
 from eyehand.errors import InputError
 
 if TYPE_CHECKING:
@@ -152,6 +153,41 @@ def test_obstacles_can_be_added_moved_and_removed(robot: RobotModel) -> None:
 
 
 SHAPES: list[Shape] = [Sphere(0.05), Box(np.full(3, 0.05)), Capsule(0.05, 0.1), Cylinder(0.05, 0.1)]
+
+
+def test_worlds_of_a_robot_share_one_compilation_but_no_obstacles(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    compiled = []
+    original = world_spec.compile_spec
+    monkeypatch.setattr(
+        world_spec, "compile_spec", lambda spec: compiled.append(spec) or original(spec)
+    )
+    robot = _robot()
+    first = CollisionWorld(robot, [_ball("a", 0.25, 0.0, 0.45)])
+    second = CollisionWorld(robot, [_ball("b", 0.25, 0.0, 0.45, radius=0.2)])
+    assert len(compiled) == 1
+    q = np.zeros(3)
+    gaps = _distance(first, q, "shell2", "a"), _distance(second, q, "shell2", "b")
+    assert gaps[0] - gaps[1] == pytest.approx(0.1, abs=1e-9)
+    assert not {"a", "b"} <= {name for pair in first.pair_names for name in pair}
+
+
+def test_meshes_for_display_are_not_compiled_into_worlds() -> None:
+    mesh = '<asset><mesh name="cover" vertex="0 0 0  1 0 0  0 1 0  0 0 1"/></asset>'
+    cover = '<geom type="mesh" mesh="cover" contype="0" conaffinity="0"/>'
+    text = ARM.format(more=mesh).replace('<geom name="trim"', f'{cover}<geom name="trim"')
+    robot = RobotModel.load(text, "tool", joints=["j1", "j2", "j3"])
+    world = build_world(robot, 1, ())
+    assert robot.model.nmesh == 1
+    assert world.model.nmesh == 0
+    np.testing.assert_array_equal(
+        world.model.geom_bodyid[: robot.model.ngeom], robot.model.geom_bodyid
+    )
+    plain, q = CollisionWorld(_robot()), np.array([0.3, 1.0, -2.0])
+    np.testing.assert_array_equal(
+        CollisionWorld(robot).proximity(q).distance, plain.proximity(q).distance
+    )
 
 
 def test_more_obstacles_than_slots_keep_existing_obstacles(
