@@ -41,6 +41,12 @@ NARROW_TERM = 0.85
 """Term of a grasp that needs a smaller opening than the full one."""
 HIDDEN_COST = 0.25
 """Share of the grasps that fail because a finger enters space that other objects hide."""
+CLOSED_GAP = 0.004
+"""Opening beyond the object's width at which fingers count as closed, m: what touches the object
+there is held with it."""
+CLOSING_SHARES = (0.0, 1.0 / 3.0, 2.0 / 3.0)
+"""Parts of the way from closed to open at which fingers are tested. Between them they move by less
+than their thickness."""
 TOUCHING = -0.006
 """Clearance up to which a candidate counts as rejected by a touch, m."""
 PALM_YIELD = 0.006
@@ -175,6 +181,7 @@ def _checked(
     """
     full = hand_clearances(part.candidates, part.opening, tests.readings, tests.shell, FULL_RANK)
     clearance = np.minimum(part.clearance, full)
+    clearance[:, 1] = np.minimum(clearance[:, 1], _closing_clearance(part, tests))
     terms = {**part.terms, **clearance_terms(clearance, options)}
     others = np.prod([terms[name] for name in terms if name != "depth_error"], axis=0)
     least = bar / np.maximum(others, 1e-9)
@@ -222,6 +229,24 @@ def _with_clearance(
         free[changed] = closer[better]
     terms = {**scored.terms, **clearance_terms(free, options), "opening": narrow}
     return replace(scored, opening=opening, terms=terms, clearance=free)
+
+
+def _closing_clearance(part: ScoredCandidates, tests: SceneTests) -> NDArray[np.float64]:
+    """Return the clearance of closing fingers from other objects, (n,), m.
+
+    Another object between a finger and its own stops the finger, or is pushed.
+    """
+    closed = np.minimum(part.contact.width + CLOSED_GAP, part.opening)
+    steps = [
+        hand_clearances(
+            part.candidates,
+            closed + share * (part.opening - closed),
+            tests.coarse,
+            tests.shell,
+        )[:, 1]
+        for share in CLOSING_SHARES
+    ]
+    return np.min(steps, axis=0)
 
 
 def _clearance(
