@@ -28,7 +28,7 @@ def test_clearance_counts_what_fingers_meet_while_they_close(gap, low, high):
     """A post of 12 mm stands beside a box of 20 mm, at this gap; the hand opens 80 mm."""
     items = [box((0.05, 0.02, 0.1))]
     if gap is not None:
-        items.append(can(0.006, 0.1, (0.0, 0.016 + gap), label=2))
+        items.append(can(0.006, 0.08, (0.0, 0.016 + gap), label=2))
     scene = scene_of(*items)
     surfaces: Any = [object_surface(item, scene) for item in items]
     tests = scene_tests(scene, surfaces, PANDA, JawOptions())
