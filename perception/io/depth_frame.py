@@ -24,7 +24,7 @@ from .intrinsics import (
     find_camera_file,
     read_camera_file,
 )
-from .organised_cloud import check_organised, cloud_from_frame, frame_from_cloud
+from .organised_cloud import cloud_from_frame, frame_from_cloud, has_grid
 from .pcd import pcd_bytes, read_pcd
 from .ply import ply_bytes, read_ply
 from .png import decode_colour, decode_depth, write_png
@@ -158,14 +158,13 @@ def _read_png_frame(path: Path, camera: Path | None) -> DepthFrame:
 
 def _read_cloud_frame(path: Path, camera: Path | None) -> DepthFrame:
     table = read_pcd(path) if path.suffix.lower() == ".pcd" else read_ply(path)
-    with naming(path):
-        check_organised(table)
     own_file = path.with_suffix(".json")
     if camera is None and is_file(own_file):
         camera = own_file
     contents = None
     if camera is not None:
-        contents = read_camera_file(camera, table.width, table.height, path.stem)
+        size = (table.width, table.height) if has_grid(table) else (0, 0)
+        contents = read_camera_file(camera, *size, path.stem)
     with naming(path):
         return frame_from_cloud(table, contents)
 

@@ -89,12 +89,14 @@ def write_npz_frame(path: Path, frame: DepthFrame) -> None:
 
 
 def _intrinsics(arrays: dict[str, NDArray], width: int, height: int) -> CameraIntrinsics:
-    if "intrinsics" not in arrays:
-        return intrinsics_from_matrix(arrays["K"], width, height, "K (row-major)")
-    values = arrays["intrinsics"]
+    name = "intrinsics" if "intrinsics" in arrays else "K"
+    values = arrays[name]
+    if name == "K" or values.shape == (3, 3):
+        return intrinsics_from_matrix(values, width, height, f"{name} (row-major)")
     if values.shape != (4,) or values.dtype.kind not in "fiu":
         raise InputError(
-            f"intrinsics is {values.shape} {values.dtype}, expected the four numbers fx, fy, cx, cy"
+            f"intrinsics is {values.shape} {values.dtype}, expected the four numbers "
+            "fx, fy, cx, cy or a matrix of 3 x 3"
         )
     fx, fy, cx, cy = (float(value) for value in values)
     return CameraIntrinsics(fx, fy, cx, cy, width, height)

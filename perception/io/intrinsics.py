@@ -14,7 +14,7 @@ from scipy.spatial.transform import RigidTransform
 
 from eyehand.errors import InputError
 
-from ..frame import CameraIntrinsics
+from ..frame import CameraIntrinsics, check_image_size
 from .atomic_write import atomic_write
 from .input_file import is_file, naming, read_bytes
 from .misspelt_keys import refuse_distortion, refuse_misspelt_keys
@@ -115,8 +115,9 @@ def write_intrinsics(
 def read_camera_file(path: Path | str, width: int, height: int, stem: str = "") -> CameraFile:
     """Read the whole content of a camera file for one image of `width` x `height` px.
 
-    `stem` is the image's file name without suffix: the number in it picks the entry of a
-    ``scene_camera.json``. Raises as `read_intrinsics`.
+    If both are 0, the size is that of the file, which must have it. `stem` is the image's file
+    name without suffix: the number in it picks the entry of a ``scene_camera.json``. Raises as
+    `read_intrinsics`.
     """
     data = read_bytes(path)
     with naming(path):
@@ -185,16 +186,16 @@ def intrinsics_from_matrix(K: NDArray, width: int, height: int, name: str) -> Ca
 
 def _camera_from_json(content: dict[str, Any], width: int, height: int, stem: str) -> CameraFile:
     if "intrinsic_matrix" in content:
-        _check_size(content, width, height, required=True)
+        width, height = _image_size(content, width, height)
         values = numbers_from_json(content["intrinsic_matrix"], 9, "intrinsic_matrix")
         K = values.reshape(3, 3).T
         intrinsics = intrinsics_from_matrix(K, width, height, "intrinsic_matrix (column-major)")
     elif keys := [key for key in ("cam_K", "K", "k") if key in content]:
-        _check_size(content, width, height, required=keys[0] != "cam_K")
+        width, height = _image_size(content, width, height, required=keys[0] != "cam_K")
         K = numbers_from_json(_joined(content[keys[0]]), 9, keys[0]).reshape(3, 3)
         intrinsics = intrinsics_from_matrix(K, width, height, f"{keys[0]} (row-major)")
     elif content.keys() & {"fx", "fy", "cx", "cy"}:
-        _check_size(content, width, height, required=True)
+        width, height = _image_size(content, width, height)
         missing = [key for key in ("fx", "fy", "cx", "cy") if key not in content]
         if missing:
             raise InputError(f"lacks {', '.join(missing)}, expected {CAMERA_FORMS}")
@@ -219,18 +220,24 @@ def _joined(rows: Any) -> Any:
     return [value for row in rows for value in row] if nested else rows
 
 
-def _check_size(content: dict[str, Any], width: int, height: int, *, required: bool) -> None:
+def _image_size(
+    content: dict[str, Any], width: int, height: int, *, required: bool = True
+) -> tuple[int, int]:
     missing = [key for key in ("width", "height") if key not in content]
     if missing:
-        if required:
+        if required or not width:
             raise InputError(f"lacks {', '.join(missing)}, expected {CAMERA_FORMS}")
-        return
+        return width, height
     size = tuple(number_from_json(content[key], key) for key in ("width", "height"))
+    if not width:
+        width, height = map(int, size)
+        check_image_size(width, height)
     if size != (width, height):
         raise InputError(
             f"the camera is {size[0]:g}x{size[1]:g} px but the image is {width}x{height} px: "
             "give the intrinsics of this image size"
         )
+    return width, height
 
 
 def _entry_of_image(content: dict[str, Any], stem: str) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""Conversion between depth frames and organised clouds, which have one point per pixel."""
+"""Conversion between depth frames and clouds. An organised cloud has one point per pixel."""
 
 from __future__ import annotations
 
@@ -26,17 +26,22 @@ MAD_TO_SIGMA = 1.4826
 MIN_SLOPE = 1e-6
 """Minimum increase of x/z per column. It corresponds to a focal length of a million pixels."""
 
+MAX_GRID_ERROR = 0.2
+"""Maximum median distance, px, of projected points from the middles of pixels, along rows and
+along columns. It is 0.25 for points that do not come from the pixels of the camera."""
+
 MAX_FITS = 20
 """Maximum number of line fits, with outliers removed between them. Real clouds need 2 to 6."""
 
 
 def frame_from_cloud(table: PointTable, camera: CameraFile | None = None) -> DepthFrame:
-    """Convert an organised cloud in the camera's optical frame to a depth frame.
+    """Convert a cloud in the camera's optical frame to a depth frame.
 
     Parameters
     ----------
     table : PointTable
-        One point per pixel, row by row; a NaN coordinate or z = 0 means no reading.
+        One point per pixel, row by row; a NaN coordinate or z = 0 means no reading. A cloud
+        without a grid, whose points may have any order, needs `camera`.
     camera : CameraFile, optional
         The camera, if it is known. It must project the points onto their pixels. If None, the
         intrinsics are computed from the points.
@@ -44,10 +49,11 @@ def frame_from_cloud(table: PointTable, camera: CameraFile | None = None) -> Dep
     Raises
     ------
     InputError
-        If the cloud is not organised, has no reading or a point behind the camera, or is not a
-        pinhole image.
-        `DepthFrame` makes further checks.
+        If the cloud has neither a grid nor a camera, has no reading or a point behind the camera,
+        or is not a pinhole image. `DepthFrame` makes further checks.
     """
+    if camera is not None and not has_grid(table):
+        table = table_on_grid(table, camera.intrinsics)
     check_organised(table)
     points = table.points.reshape(table.height, table.width, 3)
     valid = np.isfinite(points).all(axis=-1)
@@ -110,6 +116,57 @@ def recover_intrinsics(points: NDArray[np.floating]) -> CameraIntrinsics:
     return intrinsics
 
 
+def table_on_grid(table: PointTable, intrinsics: CameraIntrinsics) -> PointTable:
+    """Assign the points of a cloud to the pixels of the camera that measured them.
+
+    The order of the points does not matter, and pixels without a reading may be missing. Of two
+    points on one pixel, the nearer one is kept.
+
+    Parameters
+    ----------
+    table : PointTable
+        Points in the camera's optical frame, m.
+    intrinsics : CameraIntrinsics
+        The camera.
+
+    Raises
+    ------
+    InputError
+        If at most half of the points lie in the image, or they do not lie at the middles of
+        pixels.
+    """
+    k = intrinsics
+    read = np.flatnonzero(np.isfinite(table.points).all(axis=1) & (table.points[:, 2] != 0))
+    x, y, z = table.points[read].astype(np.float64).T
+    with np.errstate(over="ignore"):
+        u, v = k.fx * x / z + k.cx, k.fy * y / z + k.cy
+    inside = (z > 0) & (np.abs(u - (k.width - 1) / 2) < k.width / 2)
+    inside &= np.abs(v - (k.height - 1) / 2) < k.height / 2
+    if not np.count_nonzero(inside) > len(read) / 2:
+        raise InputError(
+            f"{np.count_nonzero(inside)} of {len(read)} points lie in the image of the camera: "
+            "expected its optical frame, x right, y down, z forward"
+        )
+    nearest_last = np.flatnonzero(inside)[np.argsort(-z[inside], kind="stable")]
+    u, v, index = u[nearest_last], v[nearest_last], read[nearest_last]
+    column, row = np.rint(u).astype(int), np.rint(v).astype(int)
+    error = float(max(np.median(np.abs(u - column)), np.median(np.abs(v - row))))
+    if error > MAX_GRID_ERROR:
+        raise InputError(
+            f"the points lie {error:.2f} px from the middles of the camera's pixels (median), "
+            f"expected <= {MAX_GRID_ERROR:g} px: give the intrinsics of the camera that measured "
+            "them, and points that were neither moved nor rounded"
+        )
+    points = np.full((k.height, k.width, 3), np.nan, dtype=table.points.dtype)
+    points[row, column] = table.points[index]
+    colours = None
+    if table.colours is not None:
+        colours = np.zeros((k.height, k.width, 3), dtype=np.uint8)
+        colours[row, column] = table.colours[index]
+        colours = colours.reshape(-1, 3)
+    return PointTable(points.reshape(-1, 3), colours, k.width, k.height)
+
+
 def check_organised(table: PointTable) -> None:
     """Check that the points of a cloud form a pixel grid.
 
@@ -119,17 +176,22 @@ def check_organised(table: PointTable) -> None:
         If there is a single row or column, or the size of the grid is not the number of points.
     """
     count = len(table.points)
-    if table.width <= 1 or table.height <= 1:
+    if not has_grid(table):
         raise InputError(
-            f"the cloud is not organised ({count} points, width {table.width or 'not given'}, "
-            f"height {table.height}): a frame needs one point per pixel; "
-            "for the cloud of one object use `eyehand fit`"
+            f"the cloud has no pixel grid ({count} points, width {table.width or 'not given'}, "
+            f"height {table.height}): give the file of the camera that measured it (--camera, in "
+            "Python camera=); for the cloud of one object use `eyehand fit`"
         )
     if table.width * table.height != count:
         raise InputError(
             f"the cloud declares {table.width}x{table.height} px but holds {count} points, "
             f"expected {table.width * table.height}"
         )
+
+
+def has_grid(table: PointTable) -> bool:
+    """Return whether the file of a cloud gives the size of a pixel grid."""
+    return table.width > 1 and table.height > 1
 
 
 def _pixels_and_slopes(points: NDArray[np.floating]) -> tuple[NDArray[np.float64], ...]:

@@ -309,7 +309,9 @@ def test_organised_stereo_cloud_recovers_intrinsics() -> None:
 
 @real_frames
 def test_cropped_cloud_error_suggests_fit() -> None:
-    with pytest.raises(InputError, match=r"milk_color\.pcd: the cloud is not organised .*`eyehand"):
+    with pytest.raises(
+        InputError, match=r"milk_color\.pcd: the cloud has no pixel grid .*`eyehand"
+    ):
         read_frame(DATA / "frames/pcl/milk_color.pcd")
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -153,8 +155,50 @@ def test_millimetres_are_detected() -> None:
 
 def test_unorganised_cloud_is_rejected() -> None:
     table = PointTable(np.ones((6, 3)), None, 6, 1)
-    with pytest.raises(InputError, match=r"not organised \(6 points, width 6, height 1\).*eyehand"):
+    with pytest.raises(InputError, match=r"no pixel grid \(6 points, width 6, height 1\).*eyehand"):
         frame_from_cloud(table)
+
+
+def test_cloud_without_grid_is_projected_in_any_order() -> None:
+    frame = _frame()
+    table = cloud_from_frame(frame)
+    assert table.colours is not None
+    read = np.flatnonzero(np.isfinite(table.points[:, 2]))
+    order = np.random.default_rng(1).permutation(read)
+    back = frame_from_cloud(PointTable(table.points[order], table.colours[order]), CameraFile(K))
+    np.testing.assert_array_equal(back.depth, frame.depth)
+    assert back.colour is not None
+    assert frame.colour is not None
+    np.testing.assert_array_equal(back.colour[back.valid], frame.colour[frame.valid])
+
+
+def test_nearer_of_two_points_on_a_pixel_is_kept() -> None:
+    ray = K.rays()[20, 30]
+    points = np.array([ray * 0.5, ray * 0.9, K.rays()[3, 4] * 0.7])
+    for order in ([0, 1, 2], [1, 0, 2]):
+        depth = frame_from_cloud(PointTable(points[order]), CameraFile(K)).depth
+        assert depth[20, 30] == np.float32(0.5)
+        assert np.count_nonzero(depth) == 2
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"fx": 125.0}, "px from the middles of the camera's pixels"),
+        ({"cy": 29.4}, "px from the middles"),
+        ({"width": 30}, "of .* points lie in the image of the camera"),
+    ],
+)
+def test_cloud_of_another_camera_is_rejected(change: dict[str, float], message: str) -> None:
+    points = cloud_from_frame(_frame()).points
+    with pytest.raises(InputError, match=message):
+        frame_from_cloud(PointTable(points), CameraFile(dataclasses.replace(K, **change)))
+
+
+def test_points_behind_the_camera_are_rejected_without_a_grid() -> None:
+    points = -cloud_from_frame(_frame()).points
+    with pytest.raises(InputError, match=r"0 of .* points lie in the image .* z forward"):
+        frame_from_cloud(PointTable(points), CameraFile(K))
 
 
 def test_grid_of_wrong_size_is_rejected() -> None:
