@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -22,6 +23,11 @@ STROKE_SHARE = (0.6, 1.5)
 TIP_SLACK = 0.02
 """Distance of the fingertips from the origin along z that the check accepts, m. Models of collision
 shapes are often coarse."""
+USUAL_STROKE_ERROR, USUAL_TIP_ERROR = 0.05, 0.005
+"""Relative error of the stroke, and distance of the fingertips in m, above which the check warns.
+Panda, 2F-85 and Allegro have at most 0.01 and 0.003."""
+
+_log = logging.getLogger("eyehand")
 
 
 def check_hand_frame(
@@ -30,7 +36,8 @@ def check_hand_frame(
     """Compare how the jaws of a description move with the tool frame of the gripper.
 
     In the tool frame the jaws close along x, and the fingertips of the closed gripper end at the
-    height of the origin. A description whose jaws do not move cannot be checked.
+    height of the origin. A warning is logged for smaller differences, and for a description whose
+    jaws do not move, which cannot be checked.
 
     Parameters
     ----------
@@ -53,6 +60,10 @@ def check_hand_frame(
     shift = after - before
     moved = np.abs(shift).max(axis=(0, 2)) > MIN_SHIFT
     if not moved.any():
+        _log.warning(
+            "the jaws of robot.description(posture) do not move with the width: collisions of the "
+            "fingers are checked at another width, and the tool frame cannot be checked"
+        )
         return
     stroke = np.maximum(shift.max(axis=(0, 1)), 0.0) - np.minimum(shift.min(axis=(0, 1)), 0.0)
     wanted, most = hand.stroke - hand.min_opening, "xyz"[int(np.argmax(stroke))]
@@ -67,6 +78,15 @@ def check_hand_frame(
         raise InputError(
             f"robot.hand_frame {frame!r}: the fingertips end at z = {1e3 * tip:.0f} mm of this "
             "frame, expected 0: its origin must lie midway between the fingertips"
+        )
+    if abs(tip) > USUAL_TIP_ERROR or abs(stroke[0] / wanted - 1.0) > USUAL_STROKE_ERROR:
+        _log.warning(
+            "the fingertips of robot.description() end at z = %.0f mm of robot.hand_frame, "
+            "expected 0, and close by %.0f mm, robot.hand by %.0f mm: is it the same gripper and "
+            "tool frame?",
+            1e3 * tip,
+            1e3 * stroke[0],
+            1e3 * wanted,
         )
 
 

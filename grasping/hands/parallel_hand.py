@@ -15,6 +15,8 @@ SENSES = ("width", "effort", "pad_forces", "tactile")
 """What a gripper can measure: the opening, the motor's force, the force of each pad, images."""
 FINGER_SLACK = 0.005
 """Length by which the pad may be wider, or the depth longer than the boxes of the finger, m."""
+PAD_SLACK = 0.002
+"""Length by which boxes beside the pad may reach beyond its face, m, for rounded pads."""
 KINDS = ("parallel", "fingers")
 """A gripper with two jaws, and a hand of fingers of which some oppose the others as two jaws."""
 
@@ -211,10 +213,11 @@ class ParallelHand:
             raise InputError(
                 f"hand {self.name}: the fingertips must end at z = 0, they end at {high[2]:.4f} m"
             )
-        if high[0] <= 0.0:
+        face = min(box.low[0] for box in self.finger_boxes if box.high[2] > -self.pad_height / 2)
+        if face < -PAD_SLACK:
             raise InputError(
-                f"hand {self.name}: finger_boxes must lie at x > 0, outside the gap between the "
-                f"pads, they end at {high[0]:.4f} m"
+                f"hand {self.name}: finger_boxes beside the pad must begin at its face, x = 0, "
+                f"outside the gap, they begin at {face:.4f} m"
             )
         width, length = float(high[1] - low[1]), float(high[2] - low[2])
         for name, most in (("pad_width", width), ("pad_height", length), ("finger_depth", length)):
@@ -228,6 +231,16 @@ class ParallelHand:
             raise InputError(
                 f"hand {self.name}: palm_boxes must lie behind the fingertips, at z < 0, they end "
                 f"at {front:.4f} m"
+            )
+        between = [
+            box.high[2]
+            for box in self.palm_boxes
+            if box.low[0] < 0.0 < box.high[0] and box.low[1] < 0.0 < box.high[1]
+        ]
+        if max(between, default=-1.0) > FINGER_SLACK - self.finger_depth:
+            raise InputError(
+                f"hand {self.name}: between the jaws the palm must end at z = -finger_depth = "
+                f"{-self.finger_depth:.4g} m, palm_boxes end at {max(between):.4f} m"
             )
 
     def middle(self, opening: float) -> NDArray[np.float64]:

@@ -17,6 +17,7 @@ ARM = """
   <site name="tool" pos="0 0 0.1"/>
   <site name="turned" pos="0 0 0.1" euler="0 0 90"/>
   <site name="short" pos="0 0 0.06"/>
+  <site name="near" pos="0 0 0.09"/>
   <body pos="{left} 0 0.08"><geom type="box" size="0.005 0.01 0.02"/></body>
   <body pos="{right} 0 0.08"><geom type="box" size="0.005 0.01 0.02"/></body>
 </body></worldbody></mujoco>
@@ -52,12 +53,26 @@ def check(frame: str, opened: float = HAND.stroke, closed: float = 0.0) -> None:
     check_hand_frame(frame, HAND, model(frame, opened), model(frame, closed))
 
 
-def test_tool_frame_is_accepted():
+def test_tool_frame_is_accepted(caplog):
     check("tool")
+    assert not caplog.records
 
 
-def test_description_whose_jaws_do_not_move_is_not_judged():
+def test_description_whose_jaws_do_not_move_is_not_judged(caplog):
     check("turned", closed=HAND.stroke)
+    assert "do not move with the width" in caplog.text
+
+
+@pytest.mark.parametrize(
+    ("frame", "opened", "words"),
+    [
+        ("near", HAND.stroke, "end at z = 10 mm of robot.hand_frame"),
+        ("tool", 0.9 * HAND.stroke, "close by 72 mm, robot.hand by 80 mm"),
+    ],
+)
+def test_small_difference_gives_a_warning(frame, opened, words, caplog):
+    check(frame, opened)
+    assert words in caplog.text
 
 
 @pytest.mark.parametrize(

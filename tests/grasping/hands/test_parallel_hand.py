@@ -50,7 +50,15 @@ def test_unknown_name_lists_the_valid_ones():
         ({"palm_boxes": [{"low": [0, 0, 0.05], "high": [1, 1, 0.1]}]}, "end at 0.1000 m"),
         (
             {"finger_boxes": [{"low": [-0.02, -0.02, -0.1], "high": [0, 0.02, 0]}]},
-            "must lie at x > 0, outside the gap between the pads, they end at 0.0000 m",
+            "outside the gap, they begin at -0.0200 m",
+        ),
+        (
+            {"finger_boxes": [{"low": [-0.01, -0.01, -0.05], "high": [0.02, 0.01, 0]}]},
+            "must begin at its face, x = 0, outside the gap, they begin at -0.0100 m",
+        ),
+        (
+            {"palm_boxes": [{"low": [-0.1, -0.03, -0.14], "high": [0.1, 0.03, -0.02]}]},
+            "end at z = -finger_depth = -0.0463 m, palm_boxes end at -0.0200 m",
         ),
     ],
 )
