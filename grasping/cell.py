@@ -182,6 +182,10 @@ class Cell:
         """Time for which it has held a joint back while others moved, s."""
         return self._watch.held_seconds
 
+    def expected_q(self) -> NDArray[np.float64]:
+        """Return where the last commands lead the joints after the arm's delay, (n,), rad."""
+        return self._watch.expected_q()
+
     def begin_motion(self) -> None:
         """Compare the joints with their commands from the present state on."""
         self._watch.begin_motion()

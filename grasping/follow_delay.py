@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,20 +16,28 @@ MIN_TRAVEL = 0.15
 """Minimum rotation of a joint within it, rad."""
 DELAYS = np.arange(0.0, 0.2, 0.005)
 """Delays that are tried, s."""
+MAX_DELAY = 0.05
+"""Delay that is assumed until it is known, s. An arm with a longer one is named."""
 
 
 class FollowDelay:
     """Estimates the delay once, from the first motion that is long enough."""
 
     def __init__(self) -> None:
-        self.seconds = 0.0
-        """Delay of the measured angles behind the commanded ones, s; 0 until it is known."""
+        self.known = False
+        """Whether the delay has been estimated."""
+        self.seconds = MAX_DELAY
+        """Delay of the measured angles behind the commanded ones, s."""
         self._steps: list[tuple[float, NDArray[np.float64], NDArray[np.float64]]] = []
         self._time = 0.0
+        self._recent: deque[tuple[float, NDArray[np.float64]]] = deque()
 
     def add(self, q: NDArray[np.float64], velocity: NDArray[np.float64], seconds: float) -> None:
         """Add a step of the arm: angles (n,) after it, rad; commanded (n,), rad/s; duration, s."""
-        if self.seconds:
+        self._recent.append((seconds, velocity))
+        while sum(duration for duration, _ in self._recent) - self._recent[0][0] > self.seconds:
+            self._recent.popleft()
+        if self.known:
             return
         if not self._steps and not velocity.any():
             return
@@ -42,6 +51,15 @@ class FollowDelay:
         joint = int(np.argmax(np.abs(moved).max(axis=0)))
         if np.abs(moved[:, joint]).max() > MIN_TRAVEL:
             self.seconds = _delay(times, moved[:, joint], commanded[:, joint])
+            self.known = True
+
+    def pending(self) -> NDArray[np.float64] | float:
+        """Return the commanded rotation that the measured angles do not show yet, (n,), rad."""
+        left, rotation = self.seconds, 0.0
+        for seconds, velocity in reversed(self._recent):
+            rotation = rotation + min(seconds, left) * velocity
+            left = max(left - seconds, 0.0)
+        return rotation
 
 
 def _delay(
@@ -51,4 +69,4 @@ def _delay(
     late = np.array([np.interp(times - delay, times, commanded, left=0.0) for delay in DELAYS])
     # Some arms scale all speeds.
     explained = (late @ moved) ** 2 / np.maximum((late**2).sum(axis=1), 1e-12)
-    return float(max(DELAYS[np.argmax(explained)], DELAYS[1]))
+    return float(DELAYS[np.argmax(explained)])

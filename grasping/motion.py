@@ -137,7 +137,7 @@ def execute(
                     stop_reason = _brake(cell, controller, start, command, hard) or stop_reason
                 cell.step(still)
                 return MotionResult("stopped", stop_reason)
-            cycle = controller.step(reading.q)
+            cycle = controller.step(cell.expected_q())
             infeasible = infeasible + cell.robot.period if cycle.status == "infeasible" else 0.0
             result = None
             if cycle.status == "reached":
@@ -205,7 +205,7 @@ def _brake(
         reason = stop(cell.reading) if stop else ""
         if reason not in ("", NEAR_ENOUGH):
             return reason
-        velocity = start.follow(controller.stop(cell.reading.q).velocity)
+        velocity = start.follow(controller.stop(cell.expected_q()).velocity)
         if not velocity.any():
             break
         cell.step(velocity, command(cell.reading) if command else None)

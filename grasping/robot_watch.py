@@ -12,7 +12,7 @@ import numpy as np
 
 from eyehand.errors import EyehandError
 
-from .follow_delay import FollowDelay
+from .follow_delay import MAX_DELAY, FollowDelay
 from .hands import HandReading, JawReading
 from .joint_travel import JointTravel
 from .robot import RobotReading
@@ -39,9 +39,6 @@ PAUSE_SECONDS = 1.0
 SLOW_SHARE, SLOW_CYCLES = 2, 20
 """Number of successive steps, each longer than this many periods, after which a slow driver is
 named. The limits of the acceleration hold for the period."""
-MAX_DELAY = 0.05
-"""Delay of the arm behind its commands above which it is named, s. At 80 ms the arm swings about
-its goal."""
 CLOCK_SHARE, CLOCK_RATIO, CLOCK_CYCLES = 100, 10, 2
 """Number of successive steps, each longer than this many periods and so many times as long as on
 this computer's clock, after which the arm's clock is in a wrong unit. More steps would end the
@@ -91,6 +88,10 @@ class RobotWatch:
         """Time for which it has held a joint back while others moved, s."""
         return self._travel.held_seconds
 
+    def expected_q(self) -> NDArray[np.float64]:
+        """Return where the last commands lead the joints after the arm's delay, (n,), rad."""
+        return self.reading.q + self._delay.pending()
+
     def step(
         self, robot: Robot, velocity: NDArray[np.float64], command: AnyCommand | None
     ) -> RobotReading:
@@ -119,15 +120,14 @@ class RobotWatch:
     def _note_delay(
         self, q: NDArray[np.float64], velocity: NDArray[np.float64], seconds: float
     ) -> None:
-        if not self._delay.seconds:
-            self._delay.add(q, velocity, seconds)
-            if self._delay.seconds > MAX_DELAY:
-                _log.warning(
-                    "the arm follows its commands %.0f ms late; it may swing: up to %.0f ms are "
-                    "tested",
-                    1e3 * self._delay.seconds,
-                    1e3 * MAX_DELAY,
-                )
+        known = self._delay.known
+        self._delay.add(q, velocity, seconds)
+        if not known and self._delay.seconds > MAX_DELAY:
+            _log.warning(
+                "the arm follows its commands %.0f ms late; it may swing: up to %.0f ms are tested",
+                1e3 * self._delay.seconds,
+                1e3 * MAX_DELAY,
+            )
 
     def stop(self, robot: Robot) -> None:
         """Brake the arm, whatever its driver raises.

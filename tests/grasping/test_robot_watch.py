@@ -9,6 +9,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from eyehand.control import ApproachController, CollisionWorld, ControlOptions
+from eyehand.control.tasks import Posture
 from eyehand.errors import DeviceError
 from eyehand.grasping import Cell, Tray
 from eyehand.grasping.hands import JawReading
@@ -144,6 +146,30 @@ def test_arm_that_is_too_late_is_named(caplog):
 
     assert not faults(delayed, speed=0.6)[0]
     assert "follows its commands 85 ms late" in caplog.text
+
+
+@pytest.mark.parametrize("late", [0.0, 0.028, 0.048])
+def test_late_arm_keeps_its_joint_limits(late):
+    """The delay is unknown in the first motion. The largest unnamed one is assumed."""
+    delay = round(late / FakeRobot().period)
+    states = [FakeRobot().read()] * (delay + 1)
+    farthest = np.zeros(len(START))
+
+    def delayed(robot, reading):
+        np.maximum(farthest, np.abs(reading.q), out=farthest)
+        states.append(reading)
+        return replace(states[-1 - delay], time=reading.time)
+
+    cell = Cell(Arm(delayed), no_scene, Tray(np.zeros(3), (0.2, 0.2), 0.05))
+    model = cell.model(cell.hand.posture(cell.hand.max_opening))
+    options = ControlOptions(dt=cell.robot.period, tolerance=0.02)
+    for side in (1.0, -1.0):
+        goal = np.array(START)
+        goal[4] = side * model.upper[4]
+        task = Posture(goal, speed=3.0, gain=50.0)
+        assert execute(cell, ApproachController(CollisionWorld(model, ()), (task,), options), 10.0)
+
+    assert model.upper[4] - 0.02 < farthest[4] < model.upper[4]
 
 
 def test_arm_that_freezes_does_not_stray():
