@@ -124,7 +124,7 @@ class RobotWatch:
         self._delay.add(q, velocity, seconds)
         if not known and self._delay.seconds > MAX_DELAY:
             _log.warning(
-                "the arm follows its commands %.0f ms late; it may swing: up to %.0f ms are tested",
+                "the arm follows its commands %.0f ms late; up to %.0f ms are expected",
                 1e3 * self._delay.seconds,
                 1e3 * MAX_DELAY,
             )
