@@ -58,6 +58,9 @@ MAX_TILT_DEG, TILT_GAIN = 40.0, 8.0
 otherwise roll over it and move sideways."""
 HEADING_GAIN = 3.0
 """Gain towards the initial heading of the pad, 1/s. Rolling changes the heading slowly."""
+LOST_FORCE, RETURN_SPEED = 0.1, 0.01
+"""Force below which a pad has lost the object, N, and speed back to it, m/s: that of a landing. The
+force is that of the image without the memory of the foam, which looks like a light contact."""
 NOISE = 40.0
 """Minimum pressure of a touched tactel, Pa."""
 JUMP = 0.12
@@ -175,15 +178,15 @@ def _scan(
     phases.phase = "hold"
     decoder, memory = pressed_decoder(pad[1], pad[0], number)
     filtered, still = MemoryFilter(memory), np.zeros(6)
-    points, blurred = [], []
-    path, forces, tilt, lowest = [], [], 0.0, np.inf
-    cycle, force, shift = 0, FORCE, np.zeros(2)
+    points, blurred, path, forces, tilt, lowest = [], [], [], [], 0.0, np.inf
+    cycle, force, shift, contact = 0, FORCE, np.zeros(2), FORCE
     while rig.time < LANDING_SECONDS + seconds and phases.phase != "ended":
         travelled = max(rig.time - LANDING_SECONDS, 0.0) * speed
         guide = _guide(
             hand.pose,
             origin[:2] + position_on_path(corners, path_distances, travelled, number),
             heading,
+            lost=contact < LOST_FORCE,
         )
         felt = _pad_features(hand)
         if felt:
@@ -197,6 +200,7 @@ def _scan(
         reading = rig.step(*twists)[-1][number]
         saturated = hand.reader.saturated
         image = filtered.correct(hand.reader.image.pressures, CYCLE, saturated)
+        contact = float(np.maximum(image, 0.0).sum()) * hand.reader.image.array.area
         cycle += 1
         if travelled > 0.0 and cycle % EVERY == 0 and phases.phase == "task":
             pose = hand.pose
@@ -219,16 +223,20 @@ def _scan(
     )
 
 
-def _guide(pose: RigidTransform, goal: NDArray[np.float64], heading: float) -> NDArray[np.float64]:
+def _guide(
+    pose: RigidTransform, goal: NDArray[np.float64], heading: float, *, lost: bool
+) -> NDArray[np.float64]:
     """Compute the external twist (6,) in the pad frame towards a goal position (2,).
 
-    The linear part is tangential to the pad, m/s. The angular part limits the tilt, rad/s.
+    The linear part is tangential to the pad, m/s, and towards an object that the pad has lost. The
+    angular part limits the tilt, rad/s.
     """
     pull = GUIDE_GAIN * (goal - pose.translation[:2])
     pull *= min(1.0, GUIDE_SPEED / max(float(np.linalg.norm(pull)), GUIDE_SPEED))
     rotation = pose.rotation.as_matrix()
     twist = np.zeros(6)
     twist[:2] = (rotation.T @ [*pull, 0.0])[:2]
+    twist[2] = RETURN_SPEED if lost else 0.0
     twist[3:5] = _counter_tilt(rotation)
     # The y-axis shall keep its initial direction in the horizontal plane.
     y = rotation[0, 1] + 1j * rotation[1, 1]

@@ -37,6 +37,15 @@ def test_measured_cloud_lies_on_true_surface(tmp_path, run_experiment):
     assert len(read_cloud(tmp_path / "explore.ply")) == both["points"]
 
 
+def test_pad_returns_to_an_object_that_the_memory_of_the_foam_hides(tmp_path, run_experiment):
+    arguments = ("--quick", "--json", "--seed", 2, "--sensor", "real", "--out", tmp_path)
+    report = json.loads(run_experiment("explore", *arguments)[1])
+    *_, both = report["rows"]
+    assert report["outcomes"] == ["done", "done"]
+    assert both["surface_rms_mm"] < 0.2
+    assert both["covered_pct"] > 40.0
+
+
 def test_invalid_option_value_exits_with_code_2(run_experiment):
     code, _, err = run_experiment("explore", "--seed", -1)
     assert code == 2
