@@ -24,6 +24,7 @@ from .join_floating import join_floating
 from .join_fragments import join_fragments
 from .join_open import fill_mouths, join_open
 from .join_patches import join_patches
+from .join_rims import join_rims
 from .local_planes import fit_local_planes
 from .measure_container import FoundContainer
 from .options import SegmentationOptions
@@ -193,6 +194,8 @@ def _divide_candidates(
         patches, image, planes, options.window, options.min_object, hidden=options.join_occluded
     )
     clock.finish("join")
+    if supports:
+        labels = join_rims(labels, candidates, image, supports[0].plane)
     pieces = select_objects(labels, image, supports, min_patch, options.max_extent)
     pieces = remove_floating(pieces, image, supports)
     kept = relabel_by_size(pieces, options.min_object)
