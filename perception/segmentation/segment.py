@@ -194,7 +194,7 @@ def _divide_candidates(
         patches, image, planes, options.window, options.min_object, hidden=options.join_occluded
     )
     clock.finish("join")
-    if supports:
+    if supports and options.join_open:
         labels = join_rims(labels, candidates, image, supports[0].plane)
     pieces = select_objects(labels, image, supports, min_patch, options.max_extent)
     pieces = remove_floating(pieces, image, supports)
