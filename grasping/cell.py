@@ -178,17 +178,21 @@ class Cell:
         return self._watch.held_back
 
     @property
-    def held_seconds(self) -> float:
-        """Time for which it has held a joint back while others moved, s."""
-        return self._watch.held_seconds
+    def held_alone(self) -> bool:
+        """Whether the other joints follow."""
+        return self._watch.held_alone
 
     def expected_q(self) -> NDArray[np.float64]:
         """Return where the last commands lead the joints after the arm's delay, (n,), rad."""
         return self._watch.expected_q()
 
-    def begin_motion(self) -> None:
-        """Compare the joints with their commands from the present state on."""
-        self._watch.begin_motion()
+    def begin_motion(self, *, free: bool = True) -> None:
+        """Compare the joints with their commands from the present state on.
+
+        In free space a joint that is held back may move the hand less far off its path.
+        """
+        levers = np.linalg.norm(self.arm_state().jacobian[:3], axis=0)
+        self._watch.begin_motion(levers if free else None)
 
     @contextmanager
     def stopped_at_error(self) -> Iterator[None]:

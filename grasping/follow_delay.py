@@ -32,13 +32,40 @@ class FollowDelay:
         self._time = 0.0
         self._recent: deque[tuple[float, NDArray[np.float64]]] = deque()
 
-    def add(self, q: NDArray[np.float64], velocity: NDArray[np.float64], seconds: float) -> None:
-        """Add a step of the arm: angles (n,) after it, rad; commanded (n,), rad/s; duration, s."""
+    def add(
+        self, q: NDArray[np.float64], velocity: NDArray[np.float64], seconds: float
+    ) -> NDArray[np.float64]:
+        """Add a step of the arm, and return the rotation (n,) that it should show, rad.
+
+        Parameters
+        ----------
+        q
+            Joint angles after the step, (n,), rad.
+        velocity
+            Commanded velocities, (n,), rad/s.
+        seconds
+            Time for which the arm had them, s.
+        """
+        pending = self.pending()
         self._recent.append((seconds, velocity))
         while sum(duration for duration, _ in self._recent) - self._recent[0][0] > self.seconds:
             self._recent.popleft()
-        if self.known:
-            return
+        if not self.known:
+            self._estimate(q, velocity, seconds)
+            return seconds * velocity
+        return pending + seconds * velocity - self.pending()
+
+    def pending(self) -> NDArray[np.float64]:
+        """Return the commanded rotation that the measured angles do not show yet, (n,), rad."""
+        left, rotation = self.seconds, np.zeros(1)
+        for seconds, velocity in reversed(self._recent):
+            rotation = rotation + min(seconds, left) * velocity
+            left = max(left - seconds, 0.0)
+        return rotation
+
+    def _estimate(
+        self, q: NDArray[np.float64], velocity: NDArray[np.float64], seconds: float
+    ) -> None:
         if not self._steps and not velocity.any():
             return
         self._time += seconds
@@ -52,14 +79,6 @@ class FollowDelay:
         if np.abs(moved[:, joint]).max() > MIN_TRAVEL:
             self.seconds = _delay(times, moved[:, joint], commanded[:, joint])
             self.known = True
-
-    def pending(self) -> NDArray[np.float64] | float:
-        """Return the commanded rotation that the measured angles do not show yet, (n,), rad."""
-        left, rotation = self.seconds, 0.0
-        for seconds, velocity in reversed(self._recent):
-            rotation = rotation + min(seconds, left) * velocity
-            left = max(left - seconds, 0.0)
-        return rotation
 
 
 def _delay(

@@ -34,8 +34,6 @@ ROTATION_TASKS = (AxisAlignment, LookAt, Orientation)
 """Tasks whose error is an angle."""
 INFEASIBLE_SECONDS = 0.3
 """Time for which a motion may violate its margins, s. Shorter violations end by themselves."""
-HELD_SECONDS = 0.2
-"""Time for which something may hold a joint back in free space, s."""
 RAMP_SECONDS = 0.05
 """Time in which the acceleration of a motion rises to its limit, s."""
 TURN_SPEED = 3.5
@@ -111,15 +109,15 @@ def execute(
     ramp_seconds
         Time in which the acceleration rises to its limit, s.
     guarded
-        End as stuck as soon as something holds a joint back. A motion in free space ends after
-        `HELD_SECONDS`: its joints are fast, and messages of a network that bunch look the same.
+        End as stuck as soon as something holds a joint back. A motion in free space ends only if
+        the other joints follow: it is fast, and messages of a network that bunch look the same.
     gentle
         Brake within the limits when the stop condition is met. Otherwise the arm stops at once, as
         at a contact.
     """
     end = cell.reading.time + seconds
     infeasible = 0.0
-    cell.begin_motion()
+    cell.begin_motion(free=not guarded)
     still = np.zeros(len(cell.robot.joints))
     hard = None if gentle else stop
     start = _SmoothStart(controller, cell.robot.period, ramp_seconds, still)
@@ -144,7 +142,7 @@ def execute(
                 result = MotionResult("reached", "")
             elif cycle.status == "stuck" or infeasible > INFEASIBLE_SECONDS:
                 result = MotionResult("stuck", cycle.reason)
-            elif cell.held_back and (guarded or cell.held_seconds > HELD_SECONDS):
+            elif cell.held_back and (guarded or cell.held_alone):
                 result = MotionResult("stuck", cell.held_back)
             elif reading.time >= end:
                 errors = ", ".join(f"{error:.3g}" for error in cycle.errors)

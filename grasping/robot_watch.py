@@ -14,7 +14,7 @@ from eyehand.errors import EyehandError
 
 from .follow_delay import MAX_DELAY, FollowDelay
 from .hands import HandReading, JawReading
-from .joint_travel import JointTravel
+from .joint_travel import JITTER, JointTravel
 from .robot import RobotReading
 
 if TYPE_CHECKING:
@@ -74,9 +74,12 @@ class RobotWatch:
         self._travel, self._warned = JointTravel(reading.q), False
         self._delay = FollowDelay()
 
-    def begin_motion(self) -> None:
-        """Compare the joints with their commands from the present state on."""
-        self._travel.restart()
+    def begin_motion(self, levers: NDArray[np.float64] | None = None) -> None:
+        """Compare the joints with their commands from the present state on.
+
+        In free space ``levers`` (n,) is the motion of the hand per joint motion, m.
+        """
+        self._travel.restart(levers)
 
     @property
     def held_back(self) -> str:
@@ -84,9 +87,9 @@ class RobotWatch:
         return self._travel.held_back
 
     @property
-    def held_seconds(self) -> float:
-        """Time for which it has held a joint back while others moved, s."""
-        return self._travel.held_seconds
+    def held_alone(self) -> bool:
+        """Whether the other joints follow."""
+        return self._travel.held_alone
 
     def expected_q(self) -> NDArray[np.float64]:
         """Return where the last commands lead the joints after the arm's delay, (n,), rad."""
@@ -117,17 +120,22 @@ class RobotWatch:
             self.stop(robot)
         return self.reading
 
-    def _note_delay(
+    def _due(
         self, q: NDArray[np.float64], velocity: NDArray[np.float64], seconds: float
-    ) -> None:
+    ) -> NDArray[np.float64]:
+        """Note the delay of the arm; return the velocities (n,) that it should have now, rad/s."""
         known = self._delay.known
-        self._delay.add(q, velocity, seconds)
+        due = self._delay.add(q, velocity, seconds) / seconds
+        if self._delay.known and not known:
+            self._travel = JointTravel(q)
+            self._travel.jitter = JITTER
         if not known and self._delay.seconds > MAX_DELAY:
             _log.warning(
                 "the arm follows its commands %.0f ms late; up to %.0f ms are expected",
                 1e3 * self._delay.seconds,
                 1e3 * MAX_DELAY,
             )
+        return due
 
     def stop(self, robot: Robot) -> None:
         """Brake the arm, whatever its driver raises.
@@ -171,12 +179,12 @@ class RobotWatch:
                 passed,
             )
         if passed > PAUSE_SECONDS:
-            self._travel = JointTravel(reading.q)
+            self._travel.pause(reading.q)
         # A driver may take longer than a period, while the arm goes on.
         if passed > 0.0:
             seconds = min(passed, LONGEST_STEP * period)
-            self._note_delay(reading.q, velocity, seconds)
-            if strayed := self._travel.check(reading.q, velocity, seconds, robot.joints):
+            due = self._due(reading.q, velocity, seconds)
+            if strayed := self._travel.check(reading.q, due, seconds, robot.joints):
                 self._velocity = np.zeros_like(velocity)
                 return strayed
         if self._travel.slow and not self._warned:
