@@ -25,11 +25,9 @@ MOVES = 0.002
 arm that freezes in a motion is behind, also where its command turns back."""
 HELD_BACK, BLOCKED_SHARE = 0.05, 0.25
 """A joint is held back if it is behind by more than this angle, rad, and moved less than this share
-of its command within the last `LATE` seconds. If no other joint follows, the messages may be late:
-then it is behind beyond what `JITTER` explains."""
-JITTER = 0.03
-"""Time by which the delay of an arm may vary, s. As long as its delay is not known, it is twice
-`LATE`: messages of a network that bunch add to the delay."""
+of its command within the last `LATE` seconds. If no other joint follows, or the delay of the arm is
+not known, it is behind by more than twice `LATE` explains in addition: messages of a network that
+bunch add to the delay."""
 HAND_OFF = 0.015
 """Distance by which a joint that is held back may move the hand off its path in free space, m."""
 FOLLOWS = 0.01
@@ -72,14 +70,14 @@ class JointTravel:
         self._recent: deque[_Step] = deque()
         self.tolerance: NDArray[np.float64] | float = HELD_BACK
         """Angle by which a joint may be behind, (n,), rad."""
-        self.jitter = 2.0 * LATE
-        """Time by which the delay may vary, s; `JITTER` if the commands are those that are due."""
+        self.due = False
+        """Whether the commands are those that the joints should show now: the delay is known."""
 
     def pause(self, q: NDArray[np.float64]) -> None:
         """Start anew at joint angles (n,), to which someone may have moved the resting arm."""
-        stop, tolerance, jitter = self._stop, self.tolerance, self.jitter
+        stop, tolerance, due = self._stop, self.tolerance, self.due
         JointTravel.__init__(self, q)
-        self._stop, self.tolerance, self.jitter = stop, tolerance, jitter
+        self._stop, self.tolerance, self.due = stop, tolerance, due
 
     def restart(self, levers: NDArray[np.float64] | None = None) -> None:
         """Start all windows anew, for a new motion.
@@ -176,9 +174,9 @@ class JointTravel:
         # A new window does not free a joint.
         if not blocked[self._held]:
             self.held_back = ""
-        allowed = self.tolerance + (0.0 if follow else self.jitter * speed)
+        allowed = self.tolerance + (0.0 if self.due and follow else 2.0 * LATE * speed)
         if self._stop is not None and self._stop.path >= 0.0:
-            allowed = np.where(np.arange(len(q)) == self._stop.joint, 0.5 * allowed, allowed)
+            allowed[self._stop.joint] *= 0.5
         excess = np.where(blocked, behind - allowed, -1.0)
         k = int(np.argmax(excess))
         if excess[k] > 0.0:
@@ -217,8 +215,8 @@ class JointTravel:
             return ""
         path = stop.path + seconds * abs(velocity[stop.joint])
         self._stop = stop._replace(path=path)
-        allowed = self.tolerance + self.jitter * (self._start_speed + self._fastest())
-        if path < stop.behind + allowed[stop.joint]:
+        slack = LATE * (self._start_speed + self._fastest())
+        if path < stop.behind + HELD_BACK + slack[stop.joint]:
             return ""
         self._held = stop.joint
         return f"it stands since the motion before, {path:.2f} rad were commanded; {CAUSES}"

@@ -14,7 +14,7 @@ from eyehand.errors import EyehandError
 
 from .follow_delay import MAX_DELAY, FollowDelay
 from .hands import HandReading, JawReading
-from .joint_travel import JITTER, JointTravel
+from .joint_travel import JointTravel
 from .robot import RobotReading
 
 if TYPE_CHECKING:
@@ -128,7 +128,7 @@ class RobotWatch:
         due = self._delay.add(q, velocity, seconds) / seconds
         if self._delay.known and not known:
             self._travel = JointTravel(q)
-            self._travel.jitter = JITTER
+            self._travel.due = True
         if not known and self._delay.seconds > MAX_DELAY:
             _log.warning(
                 "the arm follows its commands %.0f ms late; up to %.0f ms are expected",
