@@ -68,7 +68,7 @@ class JointTravel:
         self._held = 0
         self._stop: _Stop | None = None
         self._recent: deque[_Step] = deque()
-        self.tolerance: NDArray[np.float64] | float = HELD_BACK
+        self.tolerance = np.full_like(self._start, HELD_BACK)
         """Angle by which a joint may be behind, (n,), rad."""
         self.due = False
         """Whether the commands are those that the joints should show now: the delay is known."""
@@ -85,8 +85,9 @@ class JointTravel:
         With ``levers`` (n,), the motion of the hand per joint motion, m, a joint may be behind only
         as far as the hand may depart from its path.
         """
-        off = 0.0 if levers is None else levers * HELD_BACK / HAND_OFF
-        self.tolerance = HELD_BACK / np.maximum(off, 1.0)
+        self.tolerance = np.full_like(self._start, HELD_BACK)
+        if levers is not None:
+            self.tolerance = HELD_BACK / np.maximum(levers * HELD_BACK / HAND_OFF, 1.0)
         self._start, self._start_speed = self._last, self._fastest()
         self._commanded, self.held_back = np.zeros_like(self._start), ""
         if self._stop is not None:

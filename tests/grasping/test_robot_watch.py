@@ -222,6 +222,48 @@ def test_joint_that_is_held_back_is_named_at_a_small_angle(change, words):
     assert not watch.held_back
 
 
+def pushed(free, pushes, lever=0.5):
+    """Return the watch after pushes (rad) of all joints; ``free`` limits the angle of joint 4."""
+
+    def change(robot, reading):
+        q = reading.q.copy()
+        q[3] = START[3] + free(q[3] - START[3])
+        return replace(reading, q=q)
+
+    arm = Arm(change)
+    watch = RobotWatch(arm.read(), LIMITS)
+    watch.begin_motion()
+    for velocity in motions(arm.period, 0.6, np.random.default_rng(0)):
+        # The first motions show the delay; joint 4 need not move.
+        watch.step(arm, velocity * (np.arange(len(START)) != 3), None)
+    for push in pushes:
+        watch.begin_motion(np.full(len(START), lever) if lever else None)
+        for _ in range(round(abs(push) / 0.5 / arm.period)):
+            watch.step(arm, np.full(len(START), 0.5 * np.sign(push)), None)
+    return watch
+
+
+@pytest.mark.parametrize(
+    ("pushes", "lever"), [((0.035, 0.02), 0.5), ((0.035, -0.3), 0.5), ((0.06, 0.03), None)]
+)
+def test_joint_that_stands_in_two_motions_is_a_fault(pushes, lever, caplog):
+    """In free space the hand leaves its path by 15 mm in the first, and by half in the second."""
+    watch = pushed(lambda _: 0.0, pushes, lever)
+
+    assert re.match(f"joint {FakeRobot().joints[3]} does not follow", watch.reading.fault)
+    assert "its drive or its brake has failed, or something holds it" in watch.reading.fault
+    assert "is slow" not in caplog.text
+    first = pushed(lambda _: 0.0, pushes[:1], lever)
+    assert not first.reading.fault
+    assert first.held_alone
+    assert first.held_back
+
+
+def test_joint_that_leaves_an_obstacle_has_no_fault():
+    """The driver adds up the commands, so the joint returns only after they do."""
+    assert not pushed(lambda angle: min(angle, 0.1), (0.2, -0.2, 0.2, -0.2)).reading.fault
+
+
 def test_motion_in_free_space_ends_soon_after_a_joint_is_blocked():
     """It is not pushed until the time limit of the motion."""
     robot = Arm(blocked)
