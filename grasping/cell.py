@@ -23,13 +23,14 @@ from .pick_options import PickOptions
 from .report import Phase, PhaseRecord
 from .robot_checks import check_robot, check_start, check_tray
 from .robot_watch import RobotWatch
+from .tray_plan import content_obstacles
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
     from numpy.typing import NDArray
 
-    from eyehand.control import RobotState
+    from eyehand.control import Obstacle, RobotState
     from eyehand.perception import DepthFrame, Scene
 
     from .hands.hand_control import HandControl
@@ -166,6 +167,11 @@ class Cell:
         It is measured from the tray's floor.
         """
         return max([self.tray.wall_height, *(item.top for item in self.tray_content)])
+
+    @property
+    def tray_obstacles(self) -> tuple[Obstacle, ...]:
+        """The tray's floor and walls, and the objects that stand in it."""
+        return (*self.tray.obstacles(), *content_obstacles(self.tray, self.tray_content))
 
     @property
     def halted(self) -> str:

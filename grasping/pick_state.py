@@ -218,8 +218,8 @@ class PickState:
             Role of the target object: an obstacle, a part of the robot, or neither.
         """
         # Far motions avoid the tray and its content as one block. Near motions avoid the walls
-        # only, because the hand must reach into the tray.
-        tray = cell.tray.obstacles()
+        # only, because the hand must reach into the tray. There it avoids what stands in it.
+        tray = cell.tray_obstacles if self.lowering else cell.tray.obstacles()
         if target != "ignored" and not self.lowering:
             tray = (cell.tray.as_box(cell.tray_height),)
         obstacles = (*self._scene_obstacles, *tray)

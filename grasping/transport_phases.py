@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +12,6 @@ from eyehand.control.tasks import AxisAlignment, Orientation, Position, Task
 from eyehand.perception import SuperquadricFit
 
 from .cell import Cell
-from .hands import ParallelHand
 from .motion import NEAR_ENOUGH, Controller, MotionResult, execute
 from .pick_state import (
     LIFT_SECONDS,
@@ -23,19 +21,12 @@ from .pick_state import (
     PickState,
 )
 from .plan import GraspPlan
+from .put_down import TRAY_CLEARANCE, PutDown, clear_poses, object_centre, put_down_poses
 from .robot import RobotReading
 from .shaking import shake, shake_off
 from .tray_plan import (
-    JAW_DEPTH,
-    SIDE_COSINE,
     UP,
-    WALL_DISTANCE,
-    HeldSize,
-    TrayPlace,
     added_items,
-    laid_size,
-    measure_held,
-    plan_place,
 )
 from .weighing import weigh
 
@@ -48,13 +39,14 @@ RAMP_SECONDS = 0.075
 ramps jerk it."""
 MIN_LIFT_SHARE = 0.5
 """Minimum share of the lift height at which an arm that cannot rise further continues."""
-TRAY_CLEARANCE = 0.03
-"""Height at which the object passes over the tray's walls, m."""
 WALL_MARGIN = 0.03
 """Distance inside the walls at which the centre of an object counts as over the tray, m."""
 MAX_PUSH = 15.0
 """Force of tray or content from below at which a lowered object is down, N. An object may be longer
 than its solid. The arm pressed one down with 87 N on a finger until a joint was stopped."""
+MAX_REST = 0.05
+"""Height above its goal at which an object is not released, m. Walls stop fingers that hold a low
+object up to 40 mm above."""
 PLACE_SECONDS = 15.0
 """Time limit of the motion to the tray, s. A way around its content, found where the direct motion
 is stuck, takes up to 12 s."""
@@ -99,7 +91,7 @@ def place(cell: Cell, state: PickState) -> PhaseFailure | None:
     palm = cell.palm_pose()
     if state.held is not None:
         state.held.carrying = True
-    poses = _put_down_poses(cell, state)
+    poses = put_down_poses(cell, state)
     result = MotionResult("stuck", "")
     goal = poses[-1]
     for goal in poses:
@@ -109,18 +101,19 @@ def place(cell: Cell, state: PickState) -> PhaseFailure | None:
     if result.end == "stopped":
         return PhaseFailure("lost", f"{result.reason} on the way to the tray")
     if not result:
-        upright = AxisAlignment(palm.rotation.inv().apply(UP), UP)
-        _put_back(cell, state, goal.centre_in_palm, upright, _centre(state, palm))
+        _put_back(cell, state, goal.centre_in_palm, palm)
         return PhaseFailure("place_failed", f"on the way to the tray: {result.reason}")
     thin = gripped_too_thin(cell.hand.width(cell.reading.hand), state.plan, state.grasp.target.fit)
     if thin:
         return PhaseFailure("lost", f"{thin} over the tray")
     state.lowering = True
-    # However this motion ends, the object is over its place or already on what lies there.
-    tasks = (Position(goal.low, goal.centre_in_palm), goal.alignment)
-    _carry(cell, state, state.lower(cell, tasks), LIFT_SECONDS, tasks, RETREAT_TOLERANCE)
+    down = _lower(cell, state, goal)
+    if down is None:
+        state.lowering = False
+        _put_back(cell, state, goal.centre_in_palm, palm)
+        return PhaseFailure("place_failed", "the hand reaches no free place in the tray")
     cell.tray_content += added_items(
-        goal.size, cell.palm_pose().apply(goal.centre_in_palm), goal.place.below
+        down.size, cell.palm_pose().apply(down.centre_in_palm), down.place.below
     )
     palm = cell.palm_pose().translation
     tips = cell.hand.reach(state.plan.opening)
@@ -132,74 +125,31 @@ def place(cell: Cell, state: PickState) -> PhaseFailure | None:
     return PhaseFailure("place_failed", f"something hangs on {pads}") if pads else None
 
 
-class _PutDown(NamedTuple):
-    """A pose in which the held object is released in the tray."""
-
-    size: HeldSize
-    place: TrayPlace
-    alignment: AxisAlignment
-    """Task that keeps the object in its pose."""
-    centre_in_palm: NDArray[np.float64]
-    """Centre of the object in the palm's frame, (3,), m."""
-    low: NDArray[np.float64]
-    """Position of the centre at the release, (3,), world, m."""
-    high: NDArray[np.float64]
-    """Position from which it is lowered, (3,), world, m. It lies above tray and content, and not
-    below the lifted object: a hidden part of the object may reach down to where the table was."""
-
-
-def _centre(state: PickState, palm: RigidTransform) -> NDArray[np.float64]:
-    """Return the centre of the object before the grasp, (3,), m; the palm's if it is unknown."""
-    solid = state.grasp.target.fit.superquadric
-    return palm.translation if solid is None else solid.centre
-
-
-def _put_down_poses(cell: Cell, state: PickState) -> list[_PutDown]:
-    """Return the poses in which the object may be released, the preferred one first."""
-    palm = cell.palm_pose()
-    fit, centre = state.grasp.target.fit, _centre(state, palm)
-    solid = fit.superquadric
-    if solid is None:
-        size = HeldSize(0.0, 1.0, 0.0, 0.0)
-    else:
-        size = measure_held(fit.parts or (solid,), centre)
-    # The centre of the object is moved over its place. In a side grasp it is far from the palm.
-    centre_in_palm = state.T_palm_world_at_grasp.apply(centre)
-    # The object stays upright; its rotation about the vertical is free. A sphere has no upright
-    # axis, so the palm faces down.
-    sphere = solid is not None and solid.kind == "sphere" and len(fit.parts) < 2
-    axis = -UP if sphere else palm.rotation.inv().apply(UP)
-    poses = [_put_down(cell, size, AxisAlignment(axis, UP), centre_in_palm, size.below)]
-    facing_down = float(palm.rotation.as_matrix()[:, 2] @ -UP)
-    if size.unstable and state.plan.geometry is not None and facing_down < SIDE_COSINE:
-        laid = laid_size(size, 2.0 * state.plan.geometry.half_depth)
-        tips = cell.hand.reach(state.plan.geometry.width) - float(centre_in_palm[2])
-        down = AxisAlignment(-UP, UP)
-        poses.insert(0, _put_down(cell, laid, down, centre_in_palm, max(laid.below, tips)))
-    return poses
+def _lower(cell: Cell, state: PickState, goal: PutDown) -> PutDown | None:
+    """Lower the object that is over its place; return the pose, or None without a free one."""
+    for pose in clear_poses(cell, state, goal):
+        tasks = pose.tasks(pose.high)
+        if pose is not goal:
+            controller = state.direct_carry(cell, tasks)
+            result = _carry(cell, state, controller, LIFT_SECONDS, tasks, RETREAT_TOLERANCE)
+            if result.end in ("stuck", "late"):
+                continue
+        tasks = pose.tasks(pose.low)
+        controller = state.lower(cell, tasks)
+        result = _carry(cell, state, controller, LIFT_SECONDS, tasks, RETREAT_TOLERANCE)
+        here = cell.palm_pose().apply(pose.centre_in_palm)
+        if result.end not in ("stuck", "late") or here[2] < pose.low[2] + MAX_REST:
+            return pose
+        palm = cell.palm_pose()
+        up = palm.translation + (pose.high[2] - here[2]) * UP
+        tasks = (Position(up), Orientation(palm.rotation))
+        _carry(cell, state, state.move_off(cell, tasks, LIFT_SPEED), LIFT_SECONDS)
+    return None
 
 
-def _put_down(
-    cell: Cell,
-    size: HeldSize,
-    alignment: AxisAlignment,
-    centre_in_palm: NDArray[np.float64],
-    above: float,
-) -> _PutDown:
-    """Plan the place of the object; its centre is released a height above what is under it, m."""
-    jaws = isinstance(cell.robot.hand, ParallelHand)
-    distance = 0.5 * cell.hand.max_opening + JAW_DEPTH if jaws else WALL_DISTANCE
-    place = plan_place(cell.tray, cell.tray_content, size, distance)
-    free = place.below + cell.options.drop_height
-    low = place.position + (free + above) * UP
-    lifted = float((cell.palm_pose().apply(centre_in_palm) - low) @ UP)
-    high = low + max(cell.tray_height + TRAY_CLEARANCE - free, lifted, 0.0) * UP
-    return _PutDown(size, place, alignment, centre_in_palm, low, high)
-
-
-def _carry_over_tray(cell: Cell, state: PickState, goal: _PutDown) -> MotionResult:
+def _carry_over_tray(cell: Cell, state: PickState, goal: PutDown) -> MotionResult:
     """Carry the object over its place: directly, else raised first, else along a planned path."""
-    tasks = (Position(goal.high, goal.centre_in_palm), goal.alignment)
+    tasks = goal.tasks(goal.high)
     # Lowering removes the rest. An object further beside its place would press on the content.
     slack = max(goal.place.gap, RETREAT_TOLERANCE)
     result = MotionResult("stuck", "")
@@ -220,7 +170,7 @@ def _carry_over_tray(cell: Cell, state: PickState, goal: _PutDown) -> MotionResu
     return result
 
 
-def _raise(cell: Cell, state: PickState, goal: _PutDown) -> None:
+def _raise(cell: Cell, state: PickState, goal: PutDown) -> None:
     """Raise the held object to the height at which it passes over tray and content."""
     here = cell.palm_pose().apply(goal.centre_in_palm)
     tasks = (Position(np.array([*here[:2], goal.high[2]]), goal.centre_in_palm), goal.alignment)
@@ -260,14 +210,19 @@ def _carry(
 
 
 def _put_back(
-    cell: Cell,
-    state: PickState,
-    centre_in_palm: NDArray[np.float64],
-    upright: AxisAlignment,
-    centre: NDArray[np.float64],
+    cell: Cell, state: PickState, centre_in_palm: NDArray[np.float64], palm: RigidTransform
 ) -> None:
-    """Lower an object that cannot be carried to the tray to its former height."""
+    """Lower an object that is not put into the tray to its former height beside the tray.
+
+    It was lifted to the pose ``palm`` of the hand.
+    """
+    upright = AxisAlignment(palm.rotation.inv().apply(UP), UP)
+    centre = object_centre(state)
     here = cell.palm_pose().apply(centre_in_palm)
+    if cell.tray.contains(here):
+        here = palm.apply(centre_in_palm)
+        tasks = (Position(here, centre_in_palm), upright)
+        _carry(cell, state, state.transit(cell, tasks, "held"), PLACE_SECONDS)
     goal = np.array([here[0], here[1], centre[2] + cell.options.drop_height])
     tasks = (Position(goal, centre_in_palm), upright)
     _carry(cell, state, state.lower(cell, tasks), LIFT_SECONDS)

@@ -9,6 +9,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+from scipy.spatial.transform import RigidTransform
+
+from eyehand.control import Cylinder, Obstacle
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -51,6 +54,8 @@ class TrayItem:
     """Radius, m."""
     top: float
     """Height of the object there above the tray's floor, m."""
+    stands: bool = True
+    """Whether the object is there. Otherwise it is there only if it fell."""
 
 
 @dataclass(frozen=True)
@@ -80,7 +85,8 @@ class TrayPlace(NamedTuple):
     below: float
     """Height of the content under the object, m."""
     gap: float
-    """Distance of the object's disc from that of the nearest content, m; at most `FREE_GAP`."""
+    """Distance of the object's disc from that of the nearest content that reaches above its lower
+    end, m; at most `FREE_GAP`."""
 
 
 def measure_held(parts: Sequence[Superquadric], centre: NDArray[np.float64]) -> HeldSize:
@@ -97,8 +103,8 @@ def measure_held(parts: Sequence[Superquadric], centre: NDArray[np.float64]) -> 
 
 def laid_size(upright: HeldSize, thickness: float) -> HeldSize:
     """Return the size of an upright object after it is laid down; its thickness is then up."""
-    half = 0.5 * upright.height
-    return HeldSize(max(half, upright.radius), thickness, 0.5 * thickness, thickness)
+    reach = max(upright.below, upright.height - upright.below, upright.radius)
+    return HeldSize(reach, thickness, 0.5 * thickness, thickness)
 
 
 def plan_place(
@@ -109,21 +115,31 @@ def plan_place(
     An object that may topple goes so far from the walls that it falls into the tray. Others fill
     the tray from its corners.
     """
+    positions, below, gap = measure_places(tray, content, size, wall_distance)
+    corner = -np.abs(positions[:, :2] - tray.centre[:2]).sum(axis=1)
+    best = np.lexsort((corner, -gap.round(3), below.round(3)))[0]
+    return TrayPlace(positions[best], float(below[best]), float(gap[best]))
+
+
+def measure_places(
+    tray: Tray, content: Sequence[TrayItem], size: HeldSize, wall_distance: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Return the fields of `TrayPlace` for all places of an object, (G, 3), (G,) and (G,)."""
     half = 0.5 * np.asarray(tray.size)
     # The centre of an object that topples comes to rest half its height beside its place.
     reach = max(size.radius, 0.5 * size.height if size.unstable else 0.0, wall_distance)
     ends = np.maximum(half - reach, 0.0)
     x, y = (np.linspace(-end, end, 2 * int(end / GRID_STEP) + 1) for end in ends)
     grid = np.array(np.meshgrid(x, y, indexing="ij")).reshape(2, -1).T
-    below, gap = np.zeros(len(grid)), np.full(len(grid), FREE_GAP)
-    for item in content:
-        apart = np.linalg.norm(grid + tray.centre[:2] - item.place, axis=1)
-        apart -= size.radius + item.radius
-        below = np.where(apart < -MAX_OVERLAP, np.maximum(below, item.top), below)
-        gap = np.minimum(gap, apart)
-    order = np.lexsort((-np.abs(grid).sum(axis=1), -gap.round(3), below.round(3)))
-    best = order[0]
-    return TrayPlace(tray.centre + np.append(grid[best], 0.0), float(below[best]), float(gap[best]))
+    tops = np.array([item.top for item in content])
+    apart = np.array(
+        [np.linalg.norm(grid + tray.centre[:2] - item.place, axis=1) for item in content]
+    ).reshape(len(content), len(grid))
+    apart -= size.radius + np.array([[item.radius] for item in content]).reshape(-1, 1)
+    below = np.where(apart < -MAX_OVERLAP, tops[:, None], 0.0).max(axis=0, initial=0.0)
+    # What a tall object covers if it fell is under every place. It must not hide what stands there.
+    gap = np.where(tops[:, None] > below, apart, FREE_GAP).min(axis=0, initial=FREE_GAP)
+    return tray.centre + np.column_stack([grid, np.zeros(len(grid))]), below, gap
 
 
 def added_items(size: HeldSize, centre: NDArray[np.float64], below: float) -> tuple[TrayItem, ...]:
@@ -135,4 +151,17 @@ def added_items(size: HeldSize, centre: NDArray[np.float64], below: float) -> tu
     standing = TrayItem(centre[:2], size.radius, below + size.height)
     if not size.unstable:
         return (standing,)
-    return standing, TrayItem(centre[:2], size.height, below + size.narrowest)
+    return standing, TrayItem(centre[:2], size.height, below + size.narrowest, stands=False)
+
+
+def content_obstacles(tray: Tray, content: Sequence[TrayItem]) -> tuple[Obstacle, ...]:
+    """Return the objects that stand in the tray as obstacles of a hand that reaches into it."""
+    return tuple(
+        Obstacle(
+            f"content {number}",
+            Cylinder(max(item.radius - MAX_OVERLAP, MAX_OVERLAP), 0.5 * item.top),
+            RigidTransform.from_translation(np.append(item.place, tray.centre[2] + 0.5 * item.top)),
+        )
+        for number, item in enumerate(content)
+        if item.stands
+    )

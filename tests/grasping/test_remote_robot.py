@@ -16,10 +16,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from eyehand.control import CollisionWorld
 from eyehand.data_synth.cell import GraspCell
 from eyehand.data_synth.cell.robot_names import FOLDER_VARIABLE, robot_file
 from eyehand.errors import InputError
 from eyehand.grasping import Cell, ClearOptions, Tray, clear_table
+from eyehand.grasping.tray_plan import TrayItem, content_obstacles
 from eyehand.perception import perceive
 
 from . import delayed_robot
@@ -75,6 +77,29 @@ def test_object_is_placed_over_a_process_boundary_with_delay_and_jitter(effort):
 
     assert report.picks[0].outcome == "placed", report
     assert report.cleared
+
+
+def test_jaws_touch_nothing_that_stands_in_the_tray_while_they_put_an_object_down():
+    """Jaws opened 13 to 29 mm into objects beside the new one."""
+    tray = Tray(np.array(PLACE.tray_centre), PLACE.tray_size, PLACE.tray_height)
+    places = [(x, y) for x in (-0.07, 0.07) for y in (-0.1, 0.0, 0.1)]
+    nearest = []
+    with remote(Faults()) as robot:
+        cell = Cell(robot, perceive, tray)
+        cell.tray_content = [TrayItem(tray.centre[:2] + at, 0.025, 0.2) for at in places]
+        content = content_obstacles(tray, cell.tray_content)
+        world = CollisionWorld(cell.model(cell.hand.posture(cell.hand.max_opening)), content)
+
+        def on_cycle(cycle):
+            if cycle.phase == "place":
+                nearest.append(world.proximity(cycle.reading.q).distance.min())
+
+        cell.on_cycle = on_cycle
+        report = clear_table(cell, options=ClearOptions(failures=1, capture_over_tray=False))
+
+    assert report.picks[0].outcome == "placed", report
+    assert len(cell.tray_content) == len(places) + 1
+    assert min(nearest) > 0.0
 
 
 def test_stalled_gripper_is_named():

@@ -8,11 +8,13 @@ import pytest
 from scipy.spatial.transform import RigidTransform
 
 from eyehand.control.tasks import AxisAlignment
-from eyehand.grasping import Tray, transport_phases
+from eyehand.grasping import Tray, put_down, transport_phases
 from eyehand.grasping.motion import MotionResult
 from eyehand.grasping.pick_options import PickOptions
+from eyehand.grasping.put_down import PutDown
 from eyehand.grasping.tray_plan import FREE_GAP, HeldSize, TrayPlace
 
+SIZE = HeldSize(0.03, 0.06, 0.05, 0.1)
 HERE, HIGH = np.array([0.2, 0.1, 0.18]), np.array([0.5, -0.2, 0.25])
 
 
@@ -48,7 +50,7 @@ def test_stuck_object_is_raised_before_a_path_is_planned(stuck, ways, monkeypatc
     up = np.array([0.0, 0.0, 1.0])
     way: Any = AxisAlignment(up, up)
     place = TrayPlace(HIGH, 0.0, FREE_GAP)
-    goal: Any = SimpleNamespace(high=HIGH, centre_in_palm=np.zeros(3), alignment=way, place=place)
+    goal = PutDown(SIZE, place, way, np.zeros(3), HIGH, HIGH)
     assert transport_phases._carry_over_tray(cell, state, goal)
     assert seen == ways
 
@@ -65,9 +67,7 @@ def test_object_is_over_its_place_within_the_gap_to_the_content(gap, slack, monk
     monkeypatch.setattr(transport_phases, "_carry", carry)
     place = TrayPlace(HIGH, 0.0, gap)
     up = np.array([0.0, 0.0, 1.0])
-    goal: Any = SimpleNamespace(
-        high=HIGH, centre_in_palm=np.zeros(3), alignment=AxisAlignment(up, up), place=place
-    )
+    goal = PutDown(SIZE, place, AxisAlignment(up, up), np.zeros(3), HIGH, HIGH)
     state: Any = SimpleNamespace(direct_carry=lambda *_: None)
     cell: Any = SimpleNamespace(
         palm_pose=lambda: RigidTransform.from_translation(HERE),
@@ -90,7 +90,7 @@ def test_object_does_not_go_down_on_its_way_over_the_tray(lifted, high):
         options=PickOptions(drop_height=0.012),
     )
     size = HeldSize(0.03, 0.06, 0.032, 0.05)
-    goal = transport_phases._put_down(cell, size, AxisAlignment(up, up), np.zeros(3), 0.032)
+    goal = put_down._put_down(cell, size, AxisAlignment(up, up), np.zeros(3), 0.032)
     assert goal.low[2] == pytest.approx(0.01 + 0.012 + 0.032)
     assert goal.high[2] == pytest.approx(high)
 
@@ -99,15 +99,16 @@ def test_content_lies_where_it_was_released(monkeypatch):
     """A finger at the tray's wall kept a can 20 mm from its place."""
     up = np.array([0.0, 0.0, 1.0])
     planned, palm = HIGH, RigidTransform.from_translation(HIGH + np.array([0.02, 0.0, 0.0]))
-    goal = transport_phases._PutDown(
-        HeldSize(0.03, 0.06, 0.05, 0.1),
+    goal = PutDown(
+        SIZE,
         TrayPlace(planned, 0.0, FREE_GAP),
         AxisAlignment(up, up),
         np.zeros(3),
         planned,
         planned,
     )
-    monkeypatch.setattr(transport_phases, "_put_down_poses", lambda *_: [goal])
+    monkeypatch.setattr(transport_phases, "put_down_poses", lambda *_: [goal])
+    monkeypatch.setattr(transport_phases, "clear_poses", lambda *_: [goal])
     monkeypatch.setattr(
         transport_phases, "_carry_over_tray", lambda *_: MotionResult("reached", "")
     )

@@ -7,9 +7,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from eyehand.control import Cylinder
 from eyehand.errors import InputError
 from eyehand.grasping.tray import Tray
-from eyehand.grasping.tray_plan import HeldSize, TrayItem, added_items, plan_place
+from eyehand.grasping.tray_plan import (
+    HeldSize,
+    TrayItem,
+    added_items,
+    content_obstacles,
+    plan_place,
+)
 
 TRAY = Tray(np.array([0.4, -0.1, 0.01]), (0.2, 0.3), 0.06)
 
@@ -57,6 +64,27 @@ def test_object_stands_beside_discs_that_it_overlaps_little(radius, below):
     content = [TrayItem(long.centre[:2] + np.array([x, 0.0]), 0.06, 0.1) for x in (-0.1, 0.1)]
     size = HeldSize(radius, 2.0 * radius, 0.03, 0.06)
     assert plan_place(long, content, size).below == below
+
+
+def test_place_is_free_of_what_stands_where_a_tall_object_may_have_fallen():
+    tray, size = replace(TRAY, size=(0.25, 0.3)), HeldSize(0.034, 0.05, 0.06, 0.118)
+    standing = [
+        TrayItem(tray.centre[:2] + at, radius, top)
+        for at, radius, top in [((-0.05, -0.07), 0.025, 0.16), ((0.05, 0.075), 0.04, 0.145)]
+    ]
+    fallen = TrayItem(standing[0].place, 0.25, 0.049, stands=False)
+    place = plan_place(tray, [*standing, fallen], size, 0.075)
+    assert place.below == pytest.approx(0.049)
+    gaps = [np.linalg.norm(place.position[:2] - one.place) - one.radius for one in standing]
+    assert min(gaps) - size.radius >= 0.02
+
+
+def test_only_what_stands_is_an_obstacle_of_a_hand_that_reaches_into_the_tray():
+    content = added_items(HeldSize(0.03, 0.05, 0.1, 0.2), TRAY.centre + 0.1, 0.0)
+    (body,) = content_obstacles(TRAY, content)
+    assert isinstance(body.shape, Cylinder)
+    np.testing.assert_allclose(body.pose.translation, [0.5, 0.0, TRAY.centre[2] + 0.1])
+    assert body.shape.half_length == pytest.approx(0.1)
 
 
 def test_distance_is_horizontal_from_edge_of_floor():
