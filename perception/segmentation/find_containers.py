@@ -6,6 +6,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from ..superquadric.ring import find_ring
 from .container_walls import MIN_RIM, ring_rectangle
 from .measure_container import FoundContainer, measure_container
 from .rim_rectangles import find_rims, locate
@@ -17,6 +18,15 @@ MIN_SEEN, MIN_SEEN_AROUND_FLOOR = 0.75, 0.5
 MAX_DRAFT = 0.5
 """Maximum inclination of a wall around a floor that is not visible, tan of its angle to the
 vertical. Heaped bins show up to 0.32; boxes that form a rectangle by chance show 0.9 and more."""
+MAX_PLATE = 0.04
+"""Maximum height of the rim of a plate, m. A higher round rim may be that of a basket."""
+MAX_ROUND = 0.04
+"""Maximum deviation of a round rim from its circle over its radius, standard deviation. Plates show
+up to 0.017, trays and bins 0.086 and more."""
+PLATE_REACH = 1.6
+"""Distance from the middle to which the readings of a plate count, in those of its corners."""
+RIM_NOISE = 0.0015
+"""Expected noise of the readings of a rim, m."""
 WALL_MARGIN = 0.01
 """Minimum distance of an object's foot inside the hull of a floor, m, if the rims are not visible.
 The walls stand at the hull, and their readings stay."""
@@ -70,7 +80,7 @@ def find_containers(
     found = []
     for rim in find_rims(tops, image, first.plane):
         one = measure_container(rim.place, rim.corners, image, first.plane, rim.height)
-        if _has_walls(one):
+        if _has_walls(one) and not _is_plate(one, image):
             found.append(one)
     if is_enclosed(first, image):
         # Readings of curved walls stay, but outside the floor that is visible.
@@ -90,6 +100,22 @@ def _has_walls(one: FoundContainer) -> bool:
         return bool(walls.mean() >= MIN_SEEN_AROUND_FLOOR)
     inclination = one.sides[:, 4]
     return bool((walls & (inclination <= MAX_DRAFT)).mean() >= MIN_SEEN)
+
+
+def _is_plate(one: FoundContainer, image: WorkingImage) -> bool:
+    """Return whether a low rim is round: a plate, which is an object."""
+    if one.container.rim > MAX_PLATE:
+        return False
+    (rows, columns), support = np.nonzero(image.depth[one.window] > 0), one.support
+    points = image.points(rows + one.window[0].start, columns + one.window[1].start)
+    plan, heights = points @ support.axes.T, support.plane.height(points)
+    middle = support.hull.mean(axis=0, dtype=np.float64)
+    reach = PLATE_REACH * np.linalg.norm(support.hull - middle, axis=1).max()
+    near = (np.linalg.norm(plan - middle, axis=1) < reach) & (heights > one.container.rim / 2)
+    ring = find_ring(np.column_stack([plan, heights])[near], middle, RIM_NOISE)
+    return ring is not None and bool(
+        np.sqrt(np.mean(ring.radial_error() ** 2)) <= MAX_ROUND * ring.semi_axes[0]
+    )
 
 
 def _around_floor(support: Support, image: WorkingImage) -> FoundContainer:

@@ -7,6 +7,7 @@ from importlib import import_module
 import numpy as np
 import pytest
 from synthetic_containers import Block, Tub, camera_pose, tub_frame
+from synthetic_solids import Bowl, solid_frame
 
 from eyehand.perception import DepthFrame, Segmentation, perceive, segment
 
@@ -68,6 +69,16 @@ def test_empty_container_has_no_objects(name):
     found = segment(tub_frame(TUBS[name])[0])
     assert found.count == 0
     assert len(found.containers) == 1
+
+
+@pytest.mark.parametrize(("y", "radius", "rim"), [(0.55, 0.3, 0.02), (0.6, 0.25, 0.03)])
+def test_plate_is_an_object(monkeypatch, y, radius, rim):
+    under = Bowl(0.0, y, radius + 0.002, radius, rim)
+    frame, _ = solid_frame([under, under.inside()])
+    found = segment(frame)
+    assert (found.count, len(found.containers)) == (1, 0)
+    monkeypatch.setattr(find_containers, "MAX_PLATE", 0.01)
+    assert len(segment(frame).containers) == 1
 
 
 @pytest.mark.parametrize(("yaw", "rows"), [(0.2, 150), (0.35, 145), (0.35, 140)])
