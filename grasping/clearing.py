@@ -116,6 +116,8 @@ class _Clearing:
     """Computing time of all selections since the last pick, ms."""
     compute_ms: float = 0.0
     """Computing time of all observations and selections, ms."""
+    missing: str = ""
+    """Object that no image showed after its pick failed; empty if none."""
     stop_reason: str = ""
     remaining: tuple[str, ...] = ()
 
@@ -179,6 +181,11 @@ def _verify(run: _Clearing) -> Step:
         if same and report.outcome in ("empty_close", "no_contact"):
             report = replace(report, reason=f"{report.reason}; {REPEATED}")
         run.picks[-1] = report
+        before = len(run.grasp.scene.objects)
+        if len(run.scene.objects) > before:
+            run.missing = ""
+        elif not report and len(run.scene.objects) < before:
+            run.missing = f"object {run.grasp.target.label} was not seen again: {report.outcome}"
         if believed and not report:
             run.add_failed_grasp()
     return _select
@@ -248,6 +255,9 @@ def _stop(run: _Clearing) -> None:
         run.move_home()
     run.remaining = _left(run, run.selection.skipped)
     run.report_last_pick()
+    if run.stop_reason == CLEAR and run.missing:
+        run.remaining = (*run.remaining, run.missing)
+        run.stop_reason = f"the image shows no object, but {run.missing}"
     run.stop_reason = run.cell.reading.fault or run.stop_reason
 
 

@@ -160,6 +160,18 @@ def test_table_is_clear_only_after_observation_from_rest_posture():
     assert np.allclose(robot.q, cell.home, atol=0.03)
 
 
+def test_object_that_no_image_shows_after_its_pick_failed_is_missed():
+    report, _ = cleared(FakeRobot(lost_at=3.0), [box()])
+
+    (pick,) = report.picks
+    assert pick.outcome == "lost"
+    assert not report.cleared
+    assert report.stop_reason == (
+        "the image shows no object, but object 1 was not seen again: lost"
+    )
+    assert report.remaining == ("object 1 was not seen again: lost",)
+
+
 @pytest.mark.parametrize("speed", [0.2, 1.0])
 def test_speed_option_scales_the_way_home(speed):
     robot = FakeRobot(None)
