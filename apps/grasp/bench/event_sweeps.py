@@ -45,7 +45,7 @@ def event_sweeps() -> tuple[Sweep[PickOptions], ...]:
               "in the tray at the end, after another capture if needed"),
         Sweep("vanished", f"phase in which the object is removed, {PHASE_RANGE}", "",
               numbers, numbers[-1], _vanished,
-              "a named outcome other than placed, then the table is clear"),
+              "a named outcome other than placed, then the object is missed"),
         Sweep("hold", f"holding time of {HELD_MASS:g} kg at friction 0.6", "s",
               (1.0, 20.0, 60.0, 120.0), 60.0, _held,
               f"moves less than {MAX_CREEP_MM:g} mm in the hand, then {PLACED}", repeats=1),
@@ -113,7 +113,7 @@ def _vanished(number: float, seed: int, options: PickOptions) -> Trial:
     stress.disturb = lambda: stress.remove_object("can")
     outcome = stress.clear()
     named = bool(outcome.picks) and outcome.picks[0].outcome not in ("placed", "fault")
-    right = named and outcome.report.cleared
+    right = named and "not seen again" in outcome.report.stop_reason
     outcomes = ", ".join(row.outcome for row in outcome.picks) or "no pick"
     return outcome.trial(right, f"{outcomes}; {outcome.report.stop_reason}")
 
