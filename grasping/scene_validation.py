@@ -112,7 +112,7 @@ def unexplained_area(frame: DepthFrame, scene: Scene, tray: Tray) -> float:
     scene
         The scene perceived in it, in the world frame. A scene of another image gives 0.
     tray
-        The tray. Readings in it and at its walls are explained.
+        The tray. Readings in it, at its walls and above it are explained.
 
     Returns
     -------
@@ -130,7 +130,8 @@ def unexplained_area(frame: DepthFrame, scene: Scene, tray: Tray) -> float:
     if not len(table):
         return 0.0
     first, last = table.min(axis=0), table.max(axis=0)
-    above = (height >= noise) & (height < MAX_HEIGHT) & ~tray.encloses(points, WALL_MARGIN)
+    above = (height >= noise) & (height < MAX_HEIGHT)
+    above &= ~tray.encloses(points, WALL_MARGIN, content=True)
     for container in scene.containers:
         above &= ~container.on_walls(points, WALL_MARGIN)
     above &= ((points[:, :2] >= first) & (points[:, :2] <= last)).all(axis=1)

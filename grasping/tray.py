@@ -46,13 +46,15 @@ class Tray:
         half = 0.5 * np.asarray(self.size) - margin
         return bool((np.abs(point[:2] - self.centre[:2]) <= half).all())
 
-    def encloses(self, points: NDArray[np.float64], margin: float) -> NDArray[np.bool_]:
+    def encloses(
+        self, points: NDArray[np.float64], margin: float, *, content: bool = False
+    ) -> NDArray[np.bool_]:
         """Return a mask (N,) of the points (N, 3), world, m, in the tray or its walls.
 
-        The walls are grown by a margin, m. Points above the walls do not count.
+        The walls are grown by a margin, m. Points above the walls count only with ``content``.
         """
         beyond = np.abs(points[:, :2] - self.centre[:2]) - 0.5 * np.asarray(self.size)
-        low = points[:, 2] <= self.centre[2] + self.wall_height + margin
+        low = content | (points[:, 2] <= self.centre[2] + self.wall_height + margin)
         inside: NDArray[np.bool_] = low & (beyond <= self.wall_thickness + margin).all(axis=1)
         return inside
 

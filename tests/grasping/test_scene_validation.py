@@ -256,3 +256,10 @@ def test_unsegmented_walls_of_the_tray_are_explained():
     walls = replace(TRAY, centre=middle, size=(0.04, 0.04), wall_height=0.1)
     assert unexplained_area(frame, scene, TRAY) > MIN_UNEXPLAINED_AREA
     assert unexplained_area(frame, scene, walls) <= MIN_UNEXPLAINED_AREA
+
+
+def test_content_that_stands_higher_than_the_walls_of_the_tray_is_explained():
+    frame, scene = block_from_above(0.1, 8)
+    middle = FROM_ABOVE.apply(frame.points()[frame.depth < 0.95].mean(axis=0)) * (1.0, 1.0, 0.0)
+    tray = replace(TRAY, centre=middle, size=(0.04, 0.04), wall_height=0.02)
+    assert unexplained_area(frame, scene, tray) <= MIN_UNEXPLAINED_AREA

@@ -173,12 +173,12 @@ def test_cloud_without_grid_is_projected_in_any_order() -> None:
 
 
 def test_nearer_of_two_points_on_a_pixel_is_kept() -> None:
-    ray = K.rays()[20, 30]
-    points = np.array([ray * 0.5, ray * 0.9, K.rays()[3, 4] * 0.7])
-    for order in ([0, 1, 2], [1, 0, 2]):
-        depth = frame_from_cloud(PointTable(points[order]), CameraFile(K)).depth
-        assert depth[20, 30] == np.float32(0.5)
-        assert np.count_nonzero(depth) == 2
+    rays = K.rays().reshape(-1, 3)
+    points = np.concatenate([rays * 0.9, rays[500:501] * 0.5])
+    for order in (slice(None), slice(None, None, -1)):
+        depth = frame_from_cloud(PointTable(points[order]), CameraFile(K)).depth.ravel()
+        assert depth[500] == np.float32(0.5)
+        assert np.count_nonzero(depth == np.float32(0.9)) == depth.size - 1
 
 
 @pytest.mark.parametrize(
@@ -193,6 +193,13 @@ def test_cloud_of_another_camera_is_rejected(change: dict[str, float], message: 
     points = cloud_from_frame(_frame()).points
     with pytest.raises(InputError, match=message):
         frame_from_cloud(PointTable(points), CameraFile(dataclasses.replace(K, **change)))
+
+
+def test_thinned_cloud_is_rejected() -> None:
+    points = cloud_from_frame(_frame()).points
+    kept = np.random.default_rng(0).random(len(points)) < 0.7
+    with pytest.raises(InputError, match=r"neighbour on 4\d % .* before it was thinned"):
+        frame_from_cloud(PointTable(points[kept]), CameraFile(K))
 
 
 def test_points_behind_the_camera_are_rejected_without_a_grid() -> None:
