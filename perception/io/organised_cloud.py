@@ -157,7 +157,8 @@ def table_on_grid(table: PointTable, intrinsics: CameraIntrinsics) -> PointTable
     points = np.full((k.height, k.width, 3), np.nan, dtype=table.points.dtype)
     points[row, column] = table.points[index]
     filled = np.pad(np.isfinite(points[..., 2]).astype(np.int8), 1)
-    around = sum(np.roll(filled, shift, axis) for axis in (0, 1) for shift in (-1, 1))
+    beside = [np.roll(filled, shift, axis) for axis in (0, 1) for shift in (-1, 1)]
+    around: NDArray[np.int8] = np.sum(beside, axis=0)
     share = float(around[filled > 0].mean()) / 4.0
     if share < MIN_NEIGHBOURS:
         raise InputError(
