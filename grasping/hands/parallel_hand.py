@@ -214,10 +214,10 @@ class ParallelHand:
                 f"hand {self.name}: the fingertips must end at z = 0, they end at {high[2]:.4f} m"
             )
         face = min(box.low[0] for box in self.finger_boxes if box.high[2] > -self.pad_height / 2)
-        if face < -PAD_SLACK:
+        if not -PAD_SLACK <= face <= FINGER_SLACK:
             raise InputError(
                 f"hand {self.name}: finger_boxes beside the pad must begin at its face, x = 0, "
-                f"outside the gap, they begin at {face:.4f} m"
+                f"outside the gap, also of the open hand; they begin at {face:.4f} m"
             )
         width, length = float(high[1] - low[1]), float(high[2] - low[2])
         for name, most in (("pad_width", width), ("pad_height", length), ("finger_depth", length)):

@@ -50,11 +50,15 @@ def test_unknown_name_lists_the_valid_ones():
         ({"palm_boxes": [{"low": [0, 0, 0.05], "high": [1, 1, 0.1]}]}, "end at 0.1000 m"),
         (
             {"finger_boxes": [{"low": [-0.02, -0.02, -0.1], "high": [0, 0.02, 0]}]},
-            "outside the gap, they begin at -0.0200 m",
+            "they begin at -0.0200 m",
         ),
         (
             {"finger_boxes": [{"low": [-0.01, -0.01, -0.05], "high": [0.02, 0.01, 0]}]},
-            "must begin at its face, x = 0, outside the gap, they begin at -0.0100 m",
+            "must begin at its face, x = 0, .* they begin at -0.0100 m",
+        ),
+        (
+            {"finger_boxes": [{"low": [0.04, -0.01, -0.05], "high": [0.06, 0.01, 0]}]},
+            "also of the open hand; they begin at 0.0400 m",
         ),
         (
             {"palm_boxes": [{"low": [-0.1, -0.03, -0.14], "high": [0.1, 0.03, -0.02]}]},
