@@ -24,10 +24,7 @@ from .plan import GraspPlan
 from .put_down import TRAY_CLEARANCE, PutDown, clear_poses, object_centre, put_down_poses
 from .robot import RobotReading
 from .shaking import shake, shake_off
-from .tray_plan import (
-    UP,
-    added_items,
-)
+from .tray_plan import UP, added_items
 from .weighing import weigh
 
 MIN_WIDTH_SHARE = 0.3
@@ -173,7 +170,7 @@ def _carry_over_tray(cell: Cell, state: PickState, goal: PutDown) -> MotionResul
 def _raise(cell: Cell, state: PickState, goal: PutDown) -> None:
     """Raise the held object to the height at which it passes over tray and content."""
     here = cell.palm_pose().apply(goal.centre_in_palm)
-    tasks = (Position(np.array([*here[:2], goal.high[2]]), goal.centre_in_palm), goal.alignment)
+    tasks = goal.tasks(np.array([*here[:2], goal.high[2]]))
     _carry(cell, state, state.direct_carry(cell, tasks), LIFT_SECONDS)
 
 
