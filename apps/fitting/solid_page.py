@@ -84,7 +84,8 @@ def served_page(fits: Sequence[FittedCloud], port: int) -> Iterator[str]:
 
 
 def _lines(fits: Sequence[FittedCloud]) -> list[str]:
-    return [f"{one.cloud.stem}: {', '.join(headline(one.fit))}" for one in fits]
+    lines = [f"{one.cloud.stem}: {', '.join(headline(one.fit))}" for one in fits]
+    return [*lines, "points: blue inside the solid, grey on its surface, orange outside"]
 
 
 @contextmanager

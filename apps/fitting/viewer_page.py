@@ -18,12 +18,12 @@ STYLE = """
   body { margin: 0; font: 15px/1.5 system-ui, sans-serif; }
   h1 { font-size: 17px; margin: 0 0 4px; }
   ul { list-style: none; margin: 0; padding: 0; }
-  #text { position: absolute; z-index: 2; left: 0; bottom: 0; padding: 14px 18px;
-    max-width: 44em; pointer-events: none; }
+  #text { box-sizing: border-box; padding: 14px 18px; width: 24em; height: 100vh; overflow: auto; }
+  #root { position: absolute; top: 0; left: 24em; width: calc(100% - 24em) !important; }
   /* On a narrow screen the view is almost square. Else its sides would be cut off. */
   @media (max-aspect-ratio: 1) {
-    #root { height: 90vw !important; }
-    #text { position: static; }
+    #root { position: static; width: 100% !important; height: 90vw !important; }
+    #text { width: auto; height: auto; }
   }
 """
 LIGHT = "{darkMode:false}"

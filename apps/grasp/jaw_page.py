@@ -103,9 +103,7 @@ def _draw_grasp(scene: Any, one: DrawnGrasp, with_palm: bool, scaled: Any) -> No
 
 
 def _lines(found: GraspedFrame, drawn: list[DrawnGrasp]) -> list[str]:
-    """Return one line of text for each drawn grasp, and for each object without one."""
-    if not drawn:
-        return [found.grasps.reason]
+    """Return a line of text for each drawn grasp, each object without one, and each warning."""
     lines = [
         f"{one.rank}: object {one.grasp.object_label}, {1e3 * one.grasp.object_width:.0f} mm wide, "
         f"{one.grasp.side}, at {' '.join(f'{1e3 * x:.0f}' for x in one.grasp.position)} mm, "
@@ -113,7 +111,12 @@ def _lines(found: GraspedFrame, drawn: list[DrawnGrasp]) -> list[str]:
         + ("" if one.grasp.safe else f", forbidden: {'; '.join(one.grasp.forbidden_by)}")
         for one in drawn
     ]
-    return lines + object_notes(found)
+    if not drawn:
+        lines.append(found.grasps.reason)
+    elif len(drawn[0].palm):
+        lines.append(f"the pale box is the palm of grasp {drawn[0].rank}")
+    warnings = [f"warning: {one.message}" for one in found.scene.warnings]
+    return lines + object_notes(found) + warnings
 
 
 def _vertical(found: GraspedFrame) -> NDArray[np.float64]:

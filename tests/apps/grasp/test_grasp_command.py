@@ -145,6 +145,8 @@ def test_page_holds_the_list_of_grasps(page):
     assert text.lstrip().lower().startswith("<!doctype html")
     assert "<title>Grasps of depth.png: generic</title>" in text
     assert "object 3, 66 mm wide, " in text
+    assert "the pale box is the palm of grasp 1" in text
+    assert "warning: object 1 may be more or less than one object" in text
 
 
 def test_page_works_in_a_browser(page, browser):
