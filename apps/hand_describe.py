@@ -46,7 +46,7 @@ def hand_describe(
     picture: Path | None = None,
     name: str | None = None,
     palm: str | None = None,
-    tcp: str | None = None,
+    tcp: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
     pinch: list[str] | None = None,
     joint_range: Annotated[Numbers, Parameter(name="--range")] = None,
     force: Numbers = None,
@@ -70,8 +70,8 @@ def hand_describe(
     palm
         Body on which the jaws move, where the file has several grippers.
     tcp
-        Site or body at the fingertips, or an axis of the palm's body (+x, +y, …; --tcp=-x for a
-        negative one), where the direction of the fingers is in doubt.
+        Site or body at the fingertips, or an axis of the palm's body (+x, -x, +y, …), where the
+        direction of the fingers is in doubt.
     pinch
         Two bodies of fingers that are used as jaws. Default for a hand of several fingers: the
         thumb and the finger with the largest stroke.

@@ -4,6 +4,7 @@
 """
 
 from .closing import IDLE_OPENING
+from .generic_jaw import generic_jaw
 from .grip_options import TENSION_PER_TIP_FORCE, GripOptions
 from .hand_files import built_in_hands, hand_json, load_hand, write_hand
 from .hand_messages import (
@@ -18,7 +19,7 @@ from .hand_messages import (
 from .hand_model import HandModel
 from .hand_names import PALM, PINCER_FINGER, THUMB
 from .nominal_hand import nominal_hand
-from .parallel_hand import HandBox, HandJoint, ParallelHand, ToolPose, generic_jaw
+from .parallel_hand import HandBox, HandJoint, ParallelHand, ToolPose
 from .robot_file import DescribedHand, FileChoices, JawPostures, describe_hand, load_description
 
 __all__ = [

@@ -15,7 +15,8 @@ from typing import Any
 from eyehand.errors import InputError
 from eyehand.perception.io import atomic_write
 
-from .parallel_hand import KINDS, HandBox, HandJoint, ParallelHand, ToolPose, generic_jaw
+from .generic_jaw import generic_jaw
+from .parallel_hand import KINDS, HandBox, HandJoint, ParallelHand, ToolPose
 
 SCHEMA = "eyehand.hand/1"
 """Value of ``schema`` in a hand's file."""

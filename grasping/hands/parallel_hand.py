@@ -17,6 +17,8 @@ FINGER_SLACK = 0.005
 """Length by which the pad may be wider, or the depth longer than the boxes of the finger, m."""
 PAD_SLACK = 0.002
 """Length by which boxes beside the pad may reach beyond its face, m, for rounded pads."""
+MAX_FORCE = 1000.0
+"""Greatest closing force of each jaw, N. Grippers for objects on a table press with 5 to 250 N."""
 KINDS = ("parallel", "fingers")
 """A gripper with two jaws, and a hand of fingers of which some oppose the others as two jaws."""
 
@@ -190,8 +192,15 @@ class ParallelHand:
             raise InputError(
                 f"hand {self.name}: force must be a range of positive N, got {self.force}"
             )
-        if not self.finger_boxes:
-            raise InputError(f"hand {self.name}: finger_boxes must hold at least one box")
+        if high > MAX_FORCE:
+            most = f"at most {MAX_FORCE:g} N on each jaw"
+            raise InputError(f"hand {self.name}: force must be {most}, got {high:g}: is it in N?")
+        for name in ("finger_boxes", "palm_boxes"):
+            if not getattr(self, name):
+                raise InputError(
+                    f"hand {self.name}: {name} must hold at least one box, got none: grasps keep "
+                    "only boxes clear of objects"
+                )
         unknown = [sense for sense in self.senses if sense not in SENSES]
         if unknown:
             raise InputError(
@@ -298,53 +307,3 @@ class ParallelHand:
         """Return low and high corners of palm and camera, (n, 2, 3), m."""
         boxes = [[box.low, box.high] for box in (*self.palm_boxes, *self.camera_boxes)]
         return np.array(boxes, dtype=np.float64).reshape(-1, 2, 3)
-
-
-def generic_jaw(
-    stroke: float = 0.085,
-    finger_depth: float = 0.04,
-    finger_width: float = 0.02,
-    *,
-    finger_thickness: float = 0.012,
-    force: tuple[float, float] = (0.0, 40.0),
-) -> ParallelHand:
-    """Return a gripper with two box-shaped fingers in front of a box-shaped palm.
-
-    Parameters
-    ----------
-    stroke
-        Maximum distance between the pads, m.
-    finger_depth
-        Distance of the fingertips from the palm, m.
-    finger_width
-        Width of finger and pad across the closing direction, m.
-    finger_thickness
-        Thickness of a finger along the closing direction, m.
-    force
-        Minimum and maximum closing force of each jaw, N.
-
-    Raises
-    ------
-    InputError
-        If a length or force is out of range.
-    """
-    for name, value in (("finger_width", finger_width), ("finger_thickness", finger_thickness)):
-        if not 0.0 < value < 1.0:
-            raise InputError(f"{name} must be 0 to 1 m, got {value}")
-    half = 0.5 * finger_width
-    reach = 0.5 * stroke + finger_thickness
-    return ParallelHand(
-        name="generic",
-        stroke=stroke,
-        finger_boxes=(HandBox((0.0, -half, -finger_depth), (finger_thickness, half, 0.0)),),
-        finger_depth=finger_depth,
-        pad_width=finger_width,
-        pad_height=min(finger_depth, finger_width),
-        palm_boxes=(HandBox((-reach, -0.035, -finger_depth - 0.1), (reach, 0.035, -finger_depth)),),
-        force=force,
-        mount_distance=finger_depth + 0.1,
-        joints=tuple(
-            HandJoint(f"{side}_finger_joint", 0.5 * stroke, 0.0) for side in ("left", "right")
-        ),
-        source="generic: box fingers, palm 70 mm wide and 100 mm long",
-    )

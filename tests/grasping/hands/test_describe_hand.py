@@ -475,6 +475,17 @@ def test_fifo_folder_huge_and_binary_files_are_refused(tmp_path, capfd):
         assert "\n" not in str(error.value)
 
 
+def test_negative_axis_of_the_fingers_needs_no_equals_sign(tmp_path, capfd):
+    path = tmp_path / "bar.xml"
+    path.write_text(BOTH_WAYS.format(site=""))
+    with pytest.raises(SystemExit) as exit_info:
+        main(["hand", "describe", str(path), "--tcp", "-z"])
+    printed = capfd.readouterr()
+
+    assert exit_info.value.code == 0, printed.err
+    assert json.loads(printed.out)["stroke"] > 0.0
+
+
 def refused(path: Path, capfd) -> str:
     """Run the command, which must end with code 2, and return its only line."""
     with pytest.raises(SystemExit) as exit_info:
