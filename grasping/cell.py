@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from eyehand.perception import DepthFrame, Scene
 
     from .hands.hand_control import HandControl
+    from .joint_travel import HeldJoint
     from .plan import GraspPlan
     from .robot import Robot, RobotReading
     from .tray import Tray
@@ -120,7 +121,7 @@ class Cell:
             check_hand_frame(
                 self.robot.hand_frame, self.robot.hand, self._model_with_open_hand(), closed
             )
-        self._watch = RobotWatch(self.reading, self._model_with_open_hand().acceleration)
+        self._watch = RobotWatch(self.reading, self.acceleration)
 
     def model(self, posture: NDArray[np.float64]) -> RobotModel:
         """Return the model of arm and hand in a posture of the hand (`HandControl.posture`)."""
@@ -161,6 +162,11 @@ class Cell:
         return self._model_with_open_hand().home
 
     @property
+    def acceleration(self) -> NDArray[np.float64]:
+        """Maximum accelerations of the joints, (n,), rad/s²."""
+        return self._model_with_open_hand().acceleration
+
+    @property
     def tray_height(self) -> float:
         """Height of the tray's walls, or of the objects in it if they are higher, m.
 
@@ -179,26 +185,27 @@ class Cell:
         return self.reading.fault or self.touch_fault
 
     @property
-    def held_back(self) -> str:
-        """Which joint something holds back, such as an object under the hand; empty if none."""
-        return self._watch.held_back
+    def held(self) -> HeldJoint | None:
+        """The joint that something holds back, such as an object under the hand, if any."""
+        return self._watch.held
 
     @property
-    def held_alone(self) -> bool:
-        """Whether the other joints follow."""
-        return self._watch.held_alone
+    def returning(self) -> HeldJoint | None:
+        """A joint that was held back and must move against its side; None once it does."""
+        return self._watch.returning
 
     def expected_q(self) -> NDArray[np.float64]:
         """Return where the last commands lead the joints after the arm's delay, (n,), rad."""
         return self._watch.expected_q()
 
-    def begin_motion(self, *, free: bool = True) -> None:
+    def begin_motion(self, *, free: bool = True, returning: HeldJoint | None = None) -> None:
         """Compare the joints with their commands from the present state on.
 
-        In free space a joint that is held back may move the hand less far off its path.
+        In free space a joint that is held back may move the hand less far off its path. A joint
+        that was held back and is now ``returning`` is a fault if it does not move.
         """
         levers = np.linalg.norm(self.arm_state().jacobian[:3], axis=0)
-        self._watch.begin_motion(levers if free else None)
+        self._watch.begin_motion(levers if free else None, returning)
 
     @contextmanager
     def stopped_at_error(self) -> Iterator[None]:

@@ -32,12 +32,15 @@ HAND_OFF = 0.015
 """Distance by which a joint that is held back may move the hand off its path in free space, m."""
 FOLLOWS = 0.01
 """Commanded rotation within `LATE` from which a joint shows that messages arrive, rad."""
-STANDS = 0.01
-"""Rotation above which a joint that was held back moves again, rad."""
+RETURNS = 0.01
+"""Rotation after which a joint that was held back has moved, rad."""
 SLOW_SHARE = 0.8
 """An arm is slow if a joint moves less than this share of its command, beyond what `LATE` explains.
 Some arms scale all speeds."""
-CAUSES = "its drive or its brake has failed, or something holds it"
+AGAINST = (
+    "moves against its command: {}; check the sign, and whether the arm or the hand touches "
+    "something"
+)
 WINDOW = 0.6
 """Commanded rotation of a joint after which it is judged anew, rad."""
 
@@ -56,42 +59,44 @@ class JointTravel:
     """
 
     def __init__(self, q: NDArray[np.float64]) -> None:
-        self._start = np.array(q)
-        self._commanded, self._start_speed = np.zeros_like(self._start), np.zeros_like(self._start)
-        self._time, self._last = 0.0, self._start
-        self.held_back = ""
-        """Which joint something holds back, and how far it is behind; empty if none."""
-        self.held_alone = False
-        """Whether the other joints follow, so that no message is late."""
-        self.slow = ""
-        """Which joint last moved less than commanded over a whole window; empty if none."""
-        self._held = 0
-        self._stop: _Stop | None = None
+        self._time, self._owed = 0.0, np.zeros(len(q))
         self._recent: deque[_Step] = deque()
-        self.tolerance = np.full_like(self._start, HELD_BACK)
+        self.returning: HeldJoint | None = None
+        """A joint that was held back, and that must move now."""
+        self.tolerance = np.full(len(q), HELD_BACK)
         """Angle by which a joint may be behind, (n,), rad."""
         self.due = False
         """Whether the commands are those that the joints should show now: the delay is known."""
+        self.pause(q)
 
     def pause(self, q: NDArray[np.float64]) -> None:
         """Start anew at joint angles (n,), to which someone may have moved the resting arm."""
-        stop, tolerance, due = self._stop, self.tolerance, self.due
-        JointTravel.__init__(self, q)
-        self._stop, self.tolerance, self.due = stop, tolerance, due
+        self._recent.clear()
+        self._start = self._last = np.array(q)
+        self._commanded, self._start_speed = np.zeros(len(q)), np.zeros(len(q))
+        self.held: HeldJoint | None = None
+        """The joint that something holds back, if any."""
+        self.slow = ""
+        """Which joint last moved less than commanded over a whole window; empty if none."""
 
-    def restart(self, levers: NDArray[np.float64] | None = None) -> None:
+    def restart(
+        self, levers: NDArray[np.float64] | None = None, returning: HeldJoint | None = None
+    ) -> None:
         """Start all windows anew, for a new motion.
 
         With ``levers`` (n,), the motion of the hand per joint motion, m, a joint may be behind only
-        as far as the hand may depart from its path.
+        as far as the hand may depart from its path. The joint ``returning`` was held back, and must
+        move now.
         """
+        if returning is not None:
+            owed = float(self._owed[returning.joint]) * returning.side
+            returning = returning._replace(behind=max(returning.behind, owed))
+        self.returning = returning
         self.tolerance = np.full_like(self._start, HELD_BACK)
         if levers is not None:
             self.tolerance = HELD_BACK / np.maximum(levers * HELD_BACK / HAND_OFF, 1.0)
         self._start, self._start_speed = self._last, self._fastest()
-        self._commanded, self.held_back = np.zeros_like(self._start), ""
-        if self._stop is not None:
-            self._stop = self._stop._replace(path=max(self._stop.path, 0.0))
+        self._commanded, self.held = np.zeros_like(self._start), None
 
     def check(
         self,
@@ -115,6 +120,7 @@ class JointTravel:
         """
         before, self._last = self._last, np.array(q)
         self._commanded = self._commanded + seconds * velocity
+        self._owed = self._owed + seconds * velocity - (q - before)
         travel, moved = np.abs(self._commanded), q - self._start
         self._time += seconds
         self._recent.append(_Step(self._time, seconds * velocity, np.abs(velocity), before))
@@ -135,16 +141,12 @@ class JointTravel:
                     "check that the driver takes rad/s for one period and limits no speed, and "
                     "whether the arm or the hand touches something"
                 )
-            return (
-                f"joint {joints[k]} moves against its command: {numbers}; "
-                "check the sign, and whether the arm or the hand touches something"
-            )
+            return f"joint {joints[k]} {AGAINST.format(numbers)}"
+        if fault := self._returns(moved, slack):
+            return fault
         behind = np.sign(self._commanded) * (self._commanded - moved)
         done = travel > WINDOW
-        if stands := self._note_delay(q, behind, done, joints) or self._stands(
-            q, velocity, seconds
-        ):
-            return f"joint {joints[self._held]} does not follow: {stands}"
+        self._note_delay(q, behind, done, joints)
         self._start = np.where(done, q, self._start)
         self._start_speed = np.where(done, fastest, self._start_speed)
         self._commanded = np.where(done, 0.0, self._commanded)
@@ -156,11 +158,8 @@ class JointTravel:
         behind: NDArray[np.float64],
         done: NDArray[np.bool_],
         joints: tuple[str, ...],
-    ) -> str:
-        """Note which joint is held back, and which is slow, from their delays (n,), rad.
-
-        Return why a joint that is held back again does not follow; empty if none.
-        """
+    ) -> None:
+        """Note which joint is held back, and which is slow, from their delays (n,), rad."""
 
         def numbers(k: int) -> str:
             moved = q[k] - self._start[k]
@@ -170,76 +169,82 @@ class JointTravel:
         share = (q - self._recent[0].start) / np.where(commanded == 0.0, np.inf, commanded)
         blocked = (share < BLOCKED_SHARE) & (commanded != 0.0)
         drives = np.abs(commanded) > FOLLOWS
-        follow = (drives & (share > 1.0 - BLOCKED_SHARE)).any()
+        follows = drives & (share > 1.0 - BLOCKED_SHARE)
+        self._owed = np.where(follows, 0.0, self._owed)
+        follow = follows.any()
         speed = self._start_speed + self._fastest()
         # A new window does not free a joint.
-        if not blocked[self._held]:
-            self.held_back = ""
+        if self.held is not None and not blocked[self.held.joint]:
+            self.held = None
         allowed = self.tolerance + (0.0 if self.due and follow else 2.0 * LATE * speed)
-        if self._stop is not None and self._stop.path >= 0.0:
-            allowed[self._stop.joint] *= 0.5
         excess = np.where(blocked, behind - allowed, -1.0)
         k = int(np.argmax(excess))
         if excess[k] > 0.0:
-            self.held_alone = bool(follow or drives.sum() <= drives[k])
-            self._held = k
-            self.held_back = (
-                f"something holds joint {joints[k]} back: {numbers(k)}. It may touch something, or "
-                "the driver is slow: it must take rad/s, and add to the last command, not to the "
-                "measured angle"
-            )
             side = float(np.sign(self._commanded[k]))
-            last = self._stop
-            if last is None or last.joint != k:
-                self._stop = _Stop(k, q[k], side, behind[k], -np.inf)
-            elif last.path >= 0.0 and side == last.side:
-                return f"{numbers(k)}, and it did not move in the motion before; {CAUSES}"
+            alone = bool(follow or drives.sum() <= drives[k])
+            self.held = HeldJoint(k, joints[k], side, float(behind[k]), alone, numbers(k))
         late = (behind - LATE * speed) / np.maximum(np.abs(self._commanded), WINDOW)
         # A joint that stands still is not slow.
         late = np.where(done & ~blocked, late, 0.0)
         k = int(np.argmax(late))
         if late[k] > 1.0 - SLOW_SHARE:
             self.slow = f"joint {joints[k]} is slow: {numbers(k)}"
-        return ""
 
-    def _stands(self, q: NDArray[np.float64], velocity: NDArray[np.float64], seconds: float) -> str:
-        """Return why a joint does not follow that was held back in a motion before; or "".
+    def _returns(self, moved: NDArray[np.float64], slack: NDArray[np.float64]) -> str:
+        """Note whether a joint that was held back moves; return why it is a fault, or "".
 
-        Some drivers add up the commands while something blocks the joint. It may then return only
-        after as much command as it was behind.
+        Some drivers add up the commands while something blocks the joint. It then returns only
+        after as much command as it was behind. If it was behind in another motion, it moves on.
         """
-        stop = self._stop
-        if stop is None:
+        held = self.returning
+        if held is None:
             return ""
-        if abs(q[stop.joint] - stop.angle) > STANDS:
-            self._stop = None
-            return ""
-        path = stop.path + seconds * abs(velocity[stop.joint])
-        self._stop = stop._replace(path=path)
-        slack = LATE * (self._start_speed + self._fastest())
-        if path < stop.behind + HELD_BACK + slack[stop.joint]:
-            return ""
-        self._held = stop.joint
-        return f"it stands since the motion before, {path:.2f} rad were commanded; {CAUSES}"
+        k = held.joint
+        back = -held.side * moved[k]
+        if back > RETURNS:
+            self.returning = None
+        elif back < -RETURNS:
+            return f"joint {held.name} {AGAINST.format(held.numbers)}"
+        elif abs(self._commanded[k]) > held.behind + HELD_BACK + slack[k]:
+            if held.turned:
+                return (
+                    f"joint {held.name} does not follow: {held.numbers}, and it moves neither back "
+                    "nor on; its drive or its brake has failed, or something holds it"
+                )
+            self.restart(returning=held._replace(side=-held.side, turned=True))
+        return ""
 
     def _fastest(self) -> NDArray[np.float64]:
         """Return the greatest commanded speed of each joint within the last `LATE` seconds."""
         return np.max([step.speed for step in self._recent], axis=0, initial=0.0)
 
 
-class _Stop(NamedTuple):
-    """A joint that something held back, and that has not moved since."""
+class HeldJoint(NamedTuple):
+    """A joint that something holds back."""
 
     joint: int
     """Index of the joint."""
-    angle: float
-    """Angle at which it stands, rad."""
+    name: str
+    """Name of the joint."""
     side: float
-    """Sign of its command then."""
+    """Sign of its command."""
     behind: float
-    """Angle by which it was behind, rad."""
-    path: float
-    """Commanded rotation in the motions since, rad; -inf in the same motion."""
+    """Angle by which it is behind, rad."""
+    alone: bool
+    """Whether the other joints follow, so that no message is late."""
+    numbers: str
+    """How far it moved, and how far it was commanded."""
+    turned: bool = False
+    """Whether it did not move back, so that it is commanded on."""
+
+    @property
+    def reason(self) -> str:
+        """Why it ends a motion."""
+        return (
+            f"something holds joint {self.name} back: {self.numbers}. It may touch something, or "
+            "the driver is slow: it must take rad/s, and add to the last command, not to the "
+            "measured angle"
+        )
 
 
 class _Step(NamedTuple):

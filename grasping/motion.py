@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
     from .cell import Cell
     from .hands import AnyCommand
+    from .joint_travel import HeldJoint
     from .robot import RobotReading
 
 MotionEnd = Literal["reached", "stuck", "late", "stopped", "fault"]
@@ -44,6 +45,9 @@ BRAKE_SECONDS = 0.5
 """Time limit of braking at the end of a motion, s."""
 NEAR_ENOUGH = "near enough"
 """Reason of a stop near the goal of a motion that need not reach it."""
+RETURN_PAUSE, RETURN_SPEED = 0.2, 0.3
+"""Time for which the arm rests after a joint was held back, s, and the speed at which that joint
+then moves back, rad/s. Late arms have come to rest by then."""
 POSITION_SLACK = 0.006
 """Position error that is acceptable where the arm cannot come closer, m."""
 ANGLE_SLACK = 0.09
@@ -142,16 +146,21 @@ def execute(
                 result = MotionResult("reached", "")
             elif cycle.status == "stuck" or infeasible > INFEASIBLE_SECONDS:
                 result = MotionResult("stuck", cycle.reason)
-            elif cell.held_back and (guarded or cell.held_alone):
-                result = MotionResult("stuck", cell.held_back)
+            elif cell.held is not None and (guarded or cell.held.alone):
+                result = MotionResult("stuck", cell.held.reason)
             elif reading.time >= end:
                 errors = ", ".join(f"{error:.3g}" for error in cycle.errors)
                 late = f"not reached after {seconds:g} s: errors {errors} (m or rad)"
                 result = MotionResult("late", late)
             if result is not None:
+                held = None if result or guarded else cell.held
                 stop_reason = _brake(cell, controller, start, command, hard)
                 cell.step(still)
-                return MotionResult("stopped", stop_reason) if stop_reason else result
+                if stop_reason:
+                    return MotionResult("stopped", stop_reason)
+                if held is not None and _stands(cell, held, command):
+                    return MotionResult("fault", cell.reading.fault)
+                return result
             cell.step(start.follow(cycle.velocity), command(reading) if command else None)
 
 
@@ -208,6 +217,29 @@ def _brake(
             break
         cell.step(velocity, command(cell.reading) if command else None)
     return ""
+
+
+def _stands(
+    cell: Cell,
+    held: HeldJoint,
+    command: Callable[[RobotReading], AnyCommand | None] | None,
+) -> bool:
+    """Move a joint that was held back a little back; return whether it stands, with a fault.
+
+    A joint that an obstacle holds back is free on the side from which it came.
+    """
+    cell.wait(RETURN_PAUSE, command)
+    velocity, change = np.zeros(len(cell.robot.joints)), cell.acceleration * cell.robot.period
+    cell.begin_motion(free=False, returning=held)
+    while not cell.halted:
+        goal = np.zeros_like(velocity)
+        if cell.returning is not None:
+            goal[held.joint] = -cell.returning.side * RETURN_SPEED
+        velocity = velocity + np.clip(goal - velocity, -change, change)
+        cell.step(velocity, command(cell.reading) if command else None)
+        if cell.returning is None and not velocity.any():
+            break
+    return bool(cell.reading.fault)
 
 
 def unexpected_contact(cell: Cell, reading: RobotReading) -> str:

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from .hands import AnyCommand, AnyReading
+    from .joint_travel import HeldJoint
     from .robot import Robot
 
 STALE_SECONDS = 0.3
@@ -74,22 +75,25 @@ class RobotWatch:
         self._travel, self._warned = JointTravel(reading.q), False
         self._delay = FollowDelay()
 
-    def begin_motion(self, levers: NDArray[np.float64] | None = None) -> None:
+    def begin_motion(
+        self, levers: NDArray[np.float64] | None = None, returning: HeldJoint | None = None
+    ) -> None:
         """Compare the joints with their commands from the present state on.
 
-        In free space ``levers`` (n,) is the motion of the hand per joint motion, m.
+        In free space ``levers`` (n,) is the motion of the hand per joint motion, m. If a joint is
+        ``returning``, it was held back, and it is a fault if it does not move now.
         """
-        self._travel.restart(levers)
+        self._travel.restart(levers, returning)
 
     @property
-    def held_back(self) -> str:
-        """Which joint something holds back; empty if none."""
-        return self._travel.held_back
+    def held(self) -> HeldJoint | None:
+        """The joint that something holds back, if any."""
+        return self._travel.held
 
     @property
-    def held_alone(self) -> bool:
-        """Whether the other joints follow."""
-        return self._travel.held_alone
+    def returning(self) -> HeldJoint | None:
+        """A joint that was held back and must move against its side; None once it does."""
+        return self._travel.returning
 
     def expected_q(self) -> NDArray[np.float64]:
         """Return where the last commands lead the joints after the arm's delay, (n,), rad."""
@@ -127,7 +131,7 @@ class RobotWatch:
         known = self._delay.known
         due = self._delay.add(q, velocity, seconds) / seconds
         if self._delay.known and not known:
-            self._travel = JointTravel(q)
+            self._travel.pause(q)
             self._travel.due = True
         if not known and self._delay.seconds > MAX_DELAY:
             _log.warning(
@@ -208,7 +212,7 @@ class RobotWatch:
                 f"the arm's clock advances by {passed:.4g} s in a period of {period:g} s; "
                 "write the times in s"
             )
-        if np.linalg.norm(velocity) < MIN_COMMAND:
+        if self.returning is not None or np.linalg.norm(velocity) < MIN_COMMAND:
             self._since = None
             return ""
         if self._since is None:

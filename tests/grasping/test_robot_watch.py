@@ -99,11 +99,6 @@ def test_each_end_has_a_name_and_stops_the_arm(change, words, latest):
 
 @pytest.mark.parametrize("speed", [0.3, 0.05])
 def test_joint_with_the_wrong_sign_is_named_before_it_moves_far(speed):
-    def mirrored(robot, reading):
-        q = reading.q.copy()
-        q[3] = 2 * START[3] - q[3]
-        return replace(reading, q=q)
-
     fault, time, robot = faults(mirrored, speed, seconds=3.0)
 
     assert f"joint {robot.joints[3]} moves against its command" in fault
@@ -133,7 +128,7 @@ def test_late_arm_that_reverses_has_no_fault(delay, peak):
     watch = RobotWatch(arm.read(), LIMITS)
     for velocity in motions(arm.period, peak, np.random.default_rng(delay)):
         assert not watch.step(arm, np.full(len(arm.joints), velocity), None).fault
-        assert not watch.held_back
+        assert watch.held is None
 
 
 def test_arm_that_is_too_late_is_named(caplog):
@@ -215,66 +210,84 @@ def blocked(robot, reading):
 def test_joint_that_is_held_back_is_named_at_a_small_angle(change, words):
     arm = Arm(change)
     watch = RobotWatch(arm.read(), LIMITS)
-    while not watch.held_back:
+    while watch.held is None:
         assert not watch.step(arm, np.full(len(arm.joints), 0.2), None).fault
-    assert re.match(f"something holds joint {words}", watch.held_back)
+    assert re.match(f"something holds joint {words}", watch.held.reason)
     watch.begin_motion()
-    assert not watch.held_back
-
-
-def pushed(free, pushes, lever=0.5):
-    """Return the watch after pushes (rad) of all joints; ``free`` limits the angle of joint 4."""
-
-    def change(robot, reading):
-        q = reading.q.copy()
-        q[3] = START[3] + free(q[3] - START[3])
-        return replace(reading, q=q)
-
-    arm = Arm(change)
-    watch = RobotWatch(arm.read(), LIMITS)
-    watch.begin_motion()
-    for velocity in motions(arm.period, 0.6, np.random.default_rng(0)):
-        # The first motions show the delay; joint 4 need not move.
-        watch.step(arm, velocity * (np.arange(len(START)) != 3), None)
-    for push in pushes:
-        watch.begin_motion(np.full(len(START), lever) if lever else None)
-        for _ in range(round(abs(push) / 0.5 / arm.period)):
-            watch.step(arm, np.full(len(START), 0.5 * np.sign(push)), None)
-    return watch
-
-
-@pytest.mark.parametrize(
-    ("pushes", "lever"), [((0.035, 0.02), 0.5), ((0.035, -0.3), 0.5), ((0.06, 0.03), None)]
-)
-def test_joint_that_stands_in_two_motions_is_a_fault(pushes, lever, caplog):
-    """In free space the hand leaves its path by 15 mm in the first, and by half in the second."""
-    watch = pushed(lambda _: 0.0, pushes, lever)
-
-    assert re.match(f"joint {FakeRobot().joints[3]} does not follow", watch.reading.fault)
-    assert "its drive or its brake has failed, or something holds it" in watch.reading.fault
-    assert "is slow" not in caplog.text
-    first = pushed(lambda _: 0.0, pushes[:1], lever)
-    assert not first.reading.fault
-    assert first.held_alone
-    assert first.held_back
-
-
-def test_joint_that_leaves_an_obstacle_has_no_fault():
-    """The driver adds up the commands, so the joint returns only after they do."""
-    assert not pushed(lambda angle: min(angle, 0.1), (0.2, -0.2, 0.2, -0.2)).reading.fault
+    assert watch.held is None
 
 
 def test_motion_in_free_space_ends_soon_after_a_joint_is_blocked():
     """It is not pushed until the time limit of the motion."""
-    robot = Arm(blocked)
-    cell = Cell(robot, no_scene, Tray(np.zeros(3), (0.2, 0.2), 0.05))
-    result = execute(cell, Endless(0.3), 5.0)  # pyright: ignore[reportArgumentType]
+    robot, result = moved(blocked)
 
     assert result.end == "stuck"
     assert re.match(f"something holds joint {robot.joints[3]} back", result.reason)
+    pushes = np.flatnonzero(np.array(robot.velocities)[:, 3] > 0.0)
     # 0.1 rad at 0.3 rad/s, 0.05 rad and 0.12 s behind, 0.2 s held, and braking.
-    assert robot.time < 0.1 / 0.3 + 0.05 / 0.3 + 0.12 + 0.2 + 0.1
+    assert robot.period * pushes[-1] < 0.1 / 0.3 + 0.05 / 0.3 + 0.12 + 0.2 + 0.1
     assert not robot.velocities[-1].any()
+
+
+def mirrored(robot, reading):
+    """Return a state in which joint 4 moves against its command."""
+    q = reading.q.copy()
+    q[3] = 2 * START[3] - q[3]
+    return replace(reading, q=q)
+
+
+def stopped(after):
+    """Return a change of states: joint 4 stops for good after a time in s."""
+    angles = []
+
+    def change(robot, reading):
+        q = reading.q.copy()
+        angles.append(q[3])
+        q[3] = angles[min(len(angles), max(round(after / robot.period), 1)) - 1]
+        return replace(reading, q=q)
+
+    return change
+
+
+def moved(change, **options):
+    """Return the robot, and the result of an endless motion of all joints."""
+    robot = Arm(change)
+    cell = Cell(robot, no_scene, Tray(np.zeros(3), (0.2, 0.2), 0.05))
+    return robot, execute(cell, Endless(0.3), 5.0, **options)  # pyright: ignore[reportArgumentType]
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (stopped(0.0), "does not follow: .* and it moves neither back nor on"),
+        (stopped(0.8), "does not follow: .* and it moves neither back nor on"),
+        (mirrored, r"moves against its command: it moved .*; check the sign"),
+    ],
+)
+def test_joint_that_does_not_move_back_is_a_fault_of_the_first_motion(change, words, caplog):
+    robot, result = moved(change)
+
+    assert result.end == "fault"
+    assert re.match(f"joint {robot.joints[3]} {words}", result.reason)
+    assert robot.time < 3.0
+    assert not robot.velocities[-1].any()
+    assert "is slow" not in caplog.text
+
+
+def test_joint_that_an_obstacle_held_back_in_another_motion_is_no_fault():
+    """The driver adds up the commands, so the joint returns only after they do."""
+    robot = Arm(blocked)
+    cell = Cell(robot, no_scene, Tray(np.zeros(3), (0.2, 0.2), 0.05))
+
+    def back(reading):
+        return "back" if reading.q[3] < START[3] else ""
+
+    pressed = execute(cell, Endless(0.3), 5.0, guarded=True)  # pyright: ignore[reportArgumentType]
+    first = execute(cell, Endless(-0.3), 5.0, stop=back)  # pyright: ignore[reportArgumentType]
+    second = execute(cell, Endless(-0.3), 5.0, stop=back)  # pyright: ignore[reportArgumentType]
+
+    assert robot.q[3] < START[3]
+    assert [pressed.end, first.end, second.end] == ["stuck", "stuck", "stopped"]
 
 
 def test_arm_at_half_its_speed_is_not_held_back_but_named(caplog):
@@ -283,7 +296,7 @@ def test_arm_at_half_its_speed_is_not_held_back_but_named(caplog):
     watch = RobotWatch(arm.read(), LIMITS)
     for _ in range(round(5.0 / arm.period)):
         assert not watch.step(arm, np.full(len(arm.joints), 0.2), None).fault
-        assert not watch.held_back
+        assert watch.held is None
     assert caplog.text.count("is slow: it moved 0.30 of 0.60 rad commanded; check the driver") == 1
 
 
@@ -299,7 +312,7 @@ def test_states_that_arrive_in_a_wrong_order_make_no_arm_slow(caplog):
     watch = RobotWatch(arm.read(), LIMITS)
     for _ in range(round(3.0 / arm.period)):
         assert not watch.step(arm, np.full(len(arm.joints), 0.3), None).fault
-    assert not watch.held_back
+    assert watch.held is None
     assert not caplog.text
 
 
