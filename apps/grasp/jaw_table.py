@@ -32,6 +32,9 @@ DOUBTS = {
     "clearance": "the hand may touch something else. --calibration-error says how exactly it moves",
     "opening": "something beside the object leaves no room to open fully",
     "unseen": "a finger enters space that the camera did not see",
+    "behind": "the hand enters space that the object itself hides, and it may be thicker than it "
+    "looks",
+    "overhang": "a side that the pads touch faces down and was not seen",
     "memory": "a similar grasp failed before",
 }
 """Term of a grasp → the doubt, and the option that removes it."""

@@ -41,6 +41,8 @@ NARROW_TERM = 0.85
 """Term of a grasp that needs a smaller opening than the full one."""
 HIDDEN_COST = 0.25
 """Share of the grasps that fail because a finger enters space that other objects hide."""
+FILLED_COST = 0.8
+"""The same if the own object hides the space, and its solid would topple."""
 CLOSED_GAP = 0.004
 """Opening beyond the object's width at which fingers count as closed, m: what touches the object
 there is held with it."""
@@ -115,7 +117,7 @@ def best_grasps(
     rejected
         Numbers of candidates by what rejected them; two are counted here.
     """
-    rest = _with_scene_terms(scored, tests, options)
+    rest = _with_scene_terms(scored, surface, tests, options)
     for side, name in enumerate(("touches the object", "touches others")):
         rejected[name] += int(np.count_nonzero(rest.clearance[:, side] <= TOUCHING))
     axes = symmetry_axes(surface)
@@ -192,15 +194,18 @@ def _checked(
 
 
 def _with_scene_terms(
-    scored: ScoredCandidates, tests: SceneTests, options: JawOptions
+    scored: ScoredCandidates, surface: ObjectSurface, tests: SceneTests, options: JawOptions
 ) -> ScoredCandidates:
     """Add the terms of averaged points, of hidden space and of the memory.
 
     The terms of candidates that cannot exceed `MIN_PROBABILITY` are not exact.
     """
     found = _with_clearance(scored, tests, options)
-    hidden = tests.hidden.shares(found.candidates, found.opening)
+    hidden, behind = tests.hidden.shares(found.candidates, found.opening)
+    cost = HIDDEN_COST if surface.stands else FILLED_COST
     found.terms["unseen"] = (1.0 - HIDDEN_COST * hidden).prod(axis=1)
+    found.terms["behind"] = (1.0 - cost * behind).prod(axis=1)
+    hidden = hidden if surface.stands else hidden + behind
     found.terms["memory"] = memory_term(found.candidates, tests.surfaces, options.failed)
     return replace(found, hidden=hidden)
 

@@ -79,7 +79,7 @@ def contact_table(candidates: Candidates, columns: NDArray[np.float64]) -> Conta
     return ContactTable(
         width=columns[:, 1],
         cosine=columns[:, 2:4],
-        seen=columns[:, 4] + columns[:, 5],
+        seen=columns[:, 4:6],
         overlap=np.maximum(columns[:, 7] - columns[:, 6], 0.0),
         middle=candidates.tip + height[:, None] * candidates.rotation[:, :, 2],
     )

@@ -18,7 +18,7 @@ from .grasp import GraspList
 from .options import JawOptions
 from .rim import rim_candidates
 from .scored import ScoredCandidates, join_scored
-from .scoring import contact_terms
+from .scoring import contact_terms, overhang_term
 from .selection import MIN_PROBABILITY, ranked_grasps, up_direction
 from .surface_model import ObjectSurface, object_surface
 
@@ -143,6 +143,8 @@ def _contact_candidates(
         hand,
         options,
     )
+    overhang = overhang_term(contact, found.rotation[:, :, 0], up, options)
+    terms["overhang"] = np.ones(len(found)) if item.rests_on else overhang
     shape = UNFITTED_TERM if not surface.fitted else DOUBTFUL_TERM if item.doubtful else 1.0
     terms["object"] = np.full(len(found), shape)
     terms["existence"] = np.full(len(found), existence)

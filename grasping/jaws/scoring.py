@@ -34,6 +34,8 @@ OVERLAP_MIDDLE, OVERLAP_SCALE = 0.008, 0.0025
 transition, m."""
 SAMPLE_SPACING = 0.006
 """Distance between two points of a surface, m. The overlap is longer by about as much."""
+UPRIGHT = 0.9
+"""Probability that an overhanging side that was not seen is upright instead."""
 SEEN_TERMS = np.array([0.80, 0.93, 1.0])
 """Term of the number of sides in contact that were measured."""
 DENSITY = 500.0
@@ -73,7 +75,7 @@ class ContactTable:
     cosine: NDArray[np.float64]
     """Cosine between closing axis and best normal at both pads, (n, 2)."""
     seen: NDArray[np.float64]
-    """Number of sides that were measured, (n,)."""
+    """Whether each side was measured, (n, 2), 1 or 0."""
     overlap: NDArray[np.float64]
     """Length along the approach in which both pads touch, (n,), m."""
     middle: NDArray[np.float64]
@@ -121,7 +123,7 @@ def contact_terms(
         "thickness": thickness,
         "overlap": overlap,
         "torque": _torque(contact, closing, centre, volume, up, hand, options),
-        "seen": SEEN_TERMS[contact.seen.astype(int)],
+        "seen": SEEN_TERMS[contact.seen.sum(axis=1).astype(int)],
     }
 
 
@@ -149,6 +151,23 @@ def _torque(
     bending = across / (force * (contact.overlap + SAMPLE_SPACING))
     load = DENSITY * volume * GRAVITY * np.hypot(lever / capacity, bending)
     return expit((1.0 - load) / 0.25) * np.exp(-0.5 * (lever / LEVER_SCALE) ** 2)
+
+
+def overhang_term(
+    contact: ContactTable,
+    closing: NDArray[np.float64],
+    up: NDArray[np.float64],
+    options: JawOptions,
+) -> NDArray[np.float64]:
+    """Return the probability that sides that face down and were not seen hold the object, (n,).
+
+    The hidden side of an object that stands alone is rather upright.
+    """
+    sine = np.outer(closing @ up, [-1.0, 1.0])
+    overhangs = (sine > 0.0) & (contact.seen == 0.0)
+    angle = np.arcsin(np.clip(sine, 0.0, 1.0))
+    holds = ndtr((np.arctan(options.friction) - angle) / TILT_SIGMA)
+    return np.where(overhangs, 1.0 - UPRIGHT * (1.0 - holds), 1.0).prod(axis=1)
 
 
 def clearance_terms(

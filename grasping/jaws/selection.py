@@ -97,7 +97,8 @@ def _forbidden(
     if not surface.fitted:
         found.append("no solid was fitted")
     if scored.hidden[index].max() > SAFE_HIDDEN:
-        found.append("a finger enters space that another object hides")
+        whose = "another object" if surface.stands else "the object or another one"
+        found.append(f"a finger enters space that {whose} hides")
     free = scored.terms["clearance"][index] * scored.terms["own_clearance"][index]
     depths = -scored.clearance[index]
     for depth, what in zip(depths, ("the object", "a neighbour or a wall"), strict=True):

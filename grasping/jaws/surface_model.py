@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.spatial.transform import RigidTransform
 
-from eyehand.perception import Superquadric
+from eyehand.perception import Superquadric, perpendicular_pair
 
 from .point_blocks import point_blocks
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from eyehand.perception import Scene, SceneObject
+    from eyehand.perception import Scene, SceneObject, SupportPlane
     from eyehand.perception.superquadric import Vessel
 
     from .point_blocks import Spheres
@@ -38,6 +38,16 @@ TOLERANCE = 1e-4
 """Minimum depth of the inner side of a vessel's wall, m."""
 FLAT = 0.7
 """Cosine between a normal and the opening of a ring above which the surface is no wall."""
+AWAY = -0.2
+"""Cosine between the normal of the solid at a reading and its line of sight below which the reading
+does not lie on that side: the camera cannot see it."""
+MAX_GAP, FOOT_HEIGHT = 0.010, 0.006
+"""Height of a solid above the support up to which it stands on it, and height of its foot above
+its lowest point, m."""
+MIN_FOOT = 0.003
+"""Minimum distance of the centre of mass of a standing object from the edge of its foot, m."""
+DIRECTIONS = 180
+"""Number of directions in which this distance is computed."""
 _SQUARE = 0.1
 """Exponent of a box with slightly rounded edges."""
 
@@ -64,6 +74,9 @@ class ObjectSurface:
     """Volume of the solids, m³."""
     fitted: bool
     """Whether the solids are those of a fit. Otherwise a box encloses the points."""
+    stands: bool = True
+    """Whether the object would not topple if it were its solids, or something else holds it. An
+    object that stands although its solids would topple continues behind its visible side."""
     vessel: Vessel | None = None
     """The object as a vessel whose wall can be gripped at the rim; None for another object."""
 
@@ -92,7 +105,10 @@ def object_surface(item: SceneObject, scene: Scene) -> ObjectSurface | None:
         samples, normals = _vessel_samples(fit.vessel)
         nearest = fit.vessel.normals(measured)
     volumes = np.array([solid.volume for solid in solids])
-    centres = np.array([solid.centre for solid in solids])
+    centre = volumes @ np.array([solid.centre for solid in solids]) / volumes.sum()
+    sight = scene.view_origin - measured
+    away = np.einsum("ij,ij->i", nearest, sight) < AWAY * np.linalg.norm(sight, axis=1)
+    nearest[away] = 0.0
     blocks = point_blocks([measured, samples], [0, 1], SURFACE_BLOCK)
     return ObjectSurface(
         label=item.label,
@@ -101,11 +117,33 @@ def object_surface(item: SceneObject, scene: Scene) -> ObjectSurface | None:
         blocks=blocks.blocks,
         measured=len(measured),
         solids=tuple(solids),
-        centre=volumes @ centres / volumes.sum(),
+        centre=centre,
         volume=float(volumes.sum()),
         fitted=fitted,
+        stands=_stands(blocks.points, centre, item, scene.support),
         vessel=fit.vessel,
     )
+
+
+def _stands(
+    points: NDArray[np.float64],
+    centre: NDArray[np.float64],
+    item: SceneObject,
+    support: SupportPlane | None,
+) -> bool:
+    """Return whether a centre of mass (3,) lies over the points (N, 3) that touch the support.
+
+    An object that lies on another one has no such points.
+    """
+    if support is None:
+        return True
+    height = support.height(points)
+    foot = points[height < min(float(height.min()), MAX_GAP) + FOOT_HEIGHT]
+    if len(foot) == 0:
+        return bool(item.rests_on)
+    angle = np.arange(DIRECTIONS) * 2.0 * np.pi / DIRECTIONS
+    level = np.stack([np.cos(angle), np.sin(angle)], axis=1) @ perpendicular_pair(support.normal)
+    return bool(((foot - centre) @ level.T).max(axis=0).min() >= MIN_FOOT)
 
 
 def _up(scene: Scene) -> NDArray[np.float64]:

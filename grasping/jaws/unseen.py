@@ -42,7 +42,8 @@ class HiddenSpace:
     ) -> None:
         measured = [surface.points[: surface.measured] for surface in surfaces]
         self._owner = np.concatenate([np.full(len(part), k) for k, part in enumerate(measured)])
-        self._places, self._origin = _finger_places(hand), view_origin
+        self._places, self._palm = _finger_places(hand), _palm_places(hand)
+        self._origin = view_origin
         if len(self._owner) == 0:
             return
         points = np.concatenate(measured) - view_origin
@@ -53,10 +54,12 @@ class HiddenSpace:
         self._index = (cells - self._low) @ [self._size[1], 1]
         self._images: dict[int, NDArray[np.float64]] = {}
 
-    def shares(self, candidates: Candidates, opening: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the share of each finger's tip that other objects hide, (n, 2).
+    def shares(
+        self, candidates: Candidates, opening: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return the shares of each finger's tip that others and only the own object hide, (n, 2).
 
-        The space behind the own object does not count: the own solid fills it.
+        The second one is at least that of the front of the palm.
 
         Parameters
         ----------
@@ -67,14 +70,20 @@ class HiddenSpace:
         """
         count, places = len(candidates), self._places
         if len(self._owner) == 0 or count == 0:
-            return np.zeros((count, 2))
-        local = np.tile(places, (count, 2, 1, 1))
-        local[..., 0] += 0.5 * opening[:, None, None]
-        local[:, 1, :, 0] *= -1.0
-        world = local.reshape(count, -1, 3) @ candidates.rotation.transpose(0, 2, 1)
-        world += candidates.tip[:, None]
-        hidden = self._hidden(world.reshape(-1, 3), int(candidates.object[0]))
-        return hidden.reshape(count, 2, len(places)).mean(axis=2)
+            return np.zeros((count, 2)), np.zeros((count, 2))
+        fingers = np.tile(places, (count, 2, 1, 1))
+        fingers[..., 0] += 0.5 * opening[:, None, None]
+        fingers[:, 1, :, 0] *= -1.0
+        palm = np.broadcast_to(self._palm, (count, *self._palm.shape))
+        local = np.concatenate([fingers.reshape(count, -1, 3), palm], axis=1)
+        world = local @ candidates.rotation.transpose(0, 2, 1) + candidates.tip[:, None]
+        others = self._hidden(world.reshape(-1, 3), int(candidates.object[0]))
+        own = self.hides(world.reshape(-1, 3)) & ~others
+        others, own = others.reshape(count, -1), own.reshape(count, -1)
+        tips, each = 2 * len(places), (count, 2, -1)
+        before_palm = own[:, tips:].mean(axis=1, keepdims=True)
+        behind = np.maximum(own[:, :tips].reshape(each).mean(axis=2), before_palm)
+        return others[:, :tips].reshape(each).mean(axis=2), behind
 
     def hides(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Return which points (n, 3), m, any object hides, (n,)."""
@@ -104,6 +113,12 @@ def _finger_places(hand: ParallelHand) -> NDArray[np.float64]:
     half = 0.5 * hand.pad_width
     grid = np.meshgrid([0.0, thick], [-half, half], [0.0, -0.5 * hand.pad_height])
     return np.stack(grid, axis=-1).reshape(-1, 3)
+
+
+def _palm_places(hand: ParallelHand) -> NDArray[np.float64]:
+    """Return places in front of the palm and between the open fingers, (k, 3), m."""
+    across = 0.5 * hand.stroke * np.array([-0.5, 0.0, 0.5])
+    return np.stack([across, np.zeros(3), np.full(3, -hand.finger_depth)], axis=1)
 
 
 def _frame(axis: NDArray[np.float64]) -> NDArray[np.float64]:
