@@ -43,6 +43,9 @@ HIDDEN_COST = 0.25
 """Share of the grasps that fail because a finger enters space that other objects hide."""
 FILLED_COST = 0.8
 """The same if the own object hides the space, and its solid would topple."""
+BEHIND_WEIGHT = 0.6
+"""Weight of the share of a fingertip behind an object whose solid would stand. Only a tip that is
+wholly hidden makes its grasp unsafe: the object is then often thicker than its solid."""
 CLOSED_GAP = 0.004
 """Opening beyond the object's width at which fingers count as closed, m: what touches the object
 there is held with it."""
@@ -205,7 +208,7 @@ def _with_scene_terms(
     cost = HIDDEN_COST if surface.stands else FILLED_COST
     found.terms["unseen"] = (1.0 - HIDDEN_COST * hidden).prod(axis=1)
     found.terms["behind"] = (1.0 - cost * behind).prod(axis=1)
-    hidden = hidden if surface.stands else hidden + behind
+    hidden = np.maximum(hidden, behind * (BEHIND_WEIGHT if surface.stands else 1.0))
     found.terms["memory"] = memory_term(found.candidates, tests.surfaces, options.failed)
     return replace(found, hidden=hidden)
 

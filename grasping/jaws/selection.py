@@ -97,7 +97,8 @@ def _forbidden(
     if not surface.fitted:
         found.append("no solid was fitted")
     if scored.hidden[index].max() > SAFE_HIDDEN:
-        whose = "another object" if surface.stands else "the object or another one"
+        own = scored.terms["behind"][index] < 1.0
+        whose = "the object or another one" if own else "another object"
         found.append(f"a finger enters space that {whose} hides")
     free = scored.terms["clearance"][index] * scored.terms["own_clearance"][index]
     depths = -scored.clearance[index]
