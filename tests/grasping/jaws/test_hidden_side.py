@@ -26,10 +26,9 @@ def slab(lean: float, height: float = 0.0):
     pose = turn * solid.pose
     low = replace(solid, pose=pose).support(-UP[None])[0]
     lift = RigidTransform.from_translation([0.0, 0.0, low + height])
-    points = lift.apply(points)
-    fit = replace(upright.fit, superquadric=replace(solid, pose=lift * pose))
-    seen = fit.superquadric.normals(points)
-    facing = np.einsum("ij,ij->i", seen, EYE - points) > 0.0
+    points, leaning = lift.apply(points), replace(solid, pose=lift * pose)
+    facing = np.einsum("ij,ij->i", leaning.normals(points), EYE - points) > 0.0
+    fit = replace(upright.fit, superquadric=leaning)
     return replace(upright, points=points[facing], fit=fit)
 
 
