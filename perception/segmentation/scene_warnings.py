@@ -10,9 +10,11 @@ from numpy.typing import NDArray
 
 from .connected_parts import connected_parts
 from .container import Container
+from .remove_steep import MIN_SIZE
 from .result import SupportPlane
 from .select_supports import MIN_FIRST_AREA
 from .support_extent import Support
+from .working_image import WorkingImage
 
 WarningKind = Literal[
     "no_support",
@@ -24,6 +26,7 @@ WarningKind = Literal[
     "container",
     "container_heaped",
     "nothing_found",
+    "object_missing",
     "cut_by_image",
     "may_be_several",
     "may_be_background",
@@ -49,6 +52,8 @@ WarningKind = Literal[
 - container: a bin, tote, box or tray is in the scene. Its floor and walls are no objects.
 - container_heaped: the contents of a container hide its whole floor.
 - nothing_found: there is no object, although readings stand above the support.
+- object_missing: readings that may be an object belong to none. Only a side of it is visible, at a
+  grazing angle, or nothing that supports it. They are obstacles, and its hidden part is not.
 - cut_by_image: the border of the image cuts an object off.
 - may_be_several: geometry alone does not show whether a region is one object.
 - may_be_background: only a long thin sheet of an object is visible. It may be a part of a wall, a
@@ -162,6 +167,26 @@ def find_warnings(
         message = f"object {label} is a long thin sheet: it may be a part of a wall or a board"
         warnings.append(SceneWarning("may_be_background", message, label))
     return tuple(warnings)
+
+
+def lost_warnings(
+    lost: NDArray[np.bool_], image: WorkingImage, stride: int
+) -> list[SceneWarning]:
+    """Return a warning for each large part of the readings that may be an object and are none.
+
+    `lost` (H, W) marks these readings in the working image, and `stride` is its step, px.
+    """
+    warnings = []
+    parts = connected_parts(lost.astype(np.uint8), diagonal=True)
+    for part in np.flatnonzero(parts.sizes[1:] >= image.area(MIN_SIZE)) + 1:
+        top, left, bottom, right = parts.boxes[part]
+        row, column = stride * (top + bottom) // 2, stride * (left + right) // 2
+        message = (
+            f"{stride**2 * parts.sizes[part]} readings around column {column}, row {row} may be an "
+            "object: only a steep side is visible, or nothing below it. They count as obstacles"
+        )
+        warnings.append(SceneWarning("object_missing", message))
+    return warnings
 
 
 def _support_warnings(support: Support, containers: tuple[Container, ...]) -> list[SceneWarning]:

@@ -36,7 +36,7 @@ from .remove_steep import remove_steep
 from .remove_walls import remove_walls
 from .result import Segmentation
 from .scale_check import MIN_SCALE, STEP, disputed_objects
-from .scene_warnings import find_warnings
+from .scene_warnings import find_warnings, lost_warnings
 from .select_objects import select_objects
 from .smooth_patches import MIN_PATCH, label_patches, linked_pixels
 from .support_extent import Support
@@ -95,11 +95,11 @@ def segment(frame: DepthFrame, options: SegmentationOptions | None = None) -> Se
         above = remove_walls(above, image, one)
     window = candidate_window(above, image.area(MIN_PATCH))
     clock.finish("candidates")
-    labels = np.zeros(image.depth.shape, np.int32)
+    labels, lost = np.zeros(image.depth.shape, np.int32), np.zeros(image.depth.shape, np.bool_)
     ambiguous: dict[int, str] = {}
     if window is not None:
         candidates = np.ascontiguousarray(above[window])
-        labels[window], ambiguous = _segment_candidates(
+        labels[window], lost[window], ambiguous = _segment_candidates(
             image.cropped(window), candidates, (supports, found), options, clock
         )
     labels, ambiguous = _label_readings(labels, ambiguous, frame, stride)
@@ -123,7 +123,7 @@ def segment(frame: DepthFrame, options: SegmentationOptions | None = None) -> Se
         ambiguous,
         tuple(planes[1:]),
         containers,
-        (*check_frame(frame, image), *faults, *warnings),
+        (*check_frame(frame, image), *faults, *warnings, *lost_warnings(lost, image, stride)),
         tuple(region.enlarged(stride) for region in unknown),
     )
 
@@ -150,16 +150,17 @@ def _segment_candidates(
     background: tuple[list[Support], list[FoundContainer]],
     options: SegmentationOptions,
     clock: _StageClock,
-) -> tuple[NDArray[np.int32], dict[int, str]]:
-    """Label the objects among the candidate pixels (H, W), and report the ambiguous ones.
+) -> tuple[NDArray[np.int32], NDArray[np.bool_], dict[int, str]]:
+    """Label the objects among the candidate pixels (H, W).
 
-    `background` are the supports and the containers.
+    `background` are the supports and the containers. Returns the objects, a mask of the lost
+    readings that may be objects, and the ambiguous objects.
     """
-    labels, uncertain = _divide_candidates(image, candidates, background, options, clock)
+    labels, lost, uncertain = _divide_candidates(image, candidates, background, options, clock)
     labels, ambiguous = resolve_ambiguity(labels, uncertain, image, options)
     clock.finish("ambiguity")
     if options.scale_check and image.scale >= MIN_SCALE and labels.any():
-        coarse, _ = _divide_candidates(
+        coarse, _, _ = _divide_candidates(
             image.reduced(STEP),
             candidates[::STEP, ::STEP].copy(),
             background,
@@ -169,7 +170,7 @@ def _segment_candidates(
         for label in disputed_objects(labels[::STEP, ::STEP], coarse):
             ambiguous.setdefault(label, SCALES)
         clock.finish("scale_check")
-    return labels, ambiguous
+    return labels, lost, ambiguous
 
 
 def _divide_candidates(
@@ -178,8 +179,11 @@ def _divide_candidates(
     background: tuple[list[Support], list[FoundContainer]],
     options: SegmentationOptions,
     clock: _StageClock,
-) -> tuple[NDArray[np.int32], list[UncertainJoin]]:
-    """Divide the candidate pixels (H, W) into objects; return them, and uncertain decisions."""
+) -> tuple[NDArray[np.int32], NDArray[np.bool_], list[UncertainJoin]]:
+    """Divide the candidate pixels (H, W) into objects.
+
+    Returns the objects, a mask of the lost readings that may be objects, and uncertain decisions.
+    """
     supports, containers = background
     min_patch = image.area(MIN_PATCH)
     planes = fit_local_planes(image, options)
@@ -197,7 +201,8 @@ def _divide_candidates(
     if supports and options.join_open:
         labels = join_rims(labels, candidates, image, supports[0].plane)
     pieces = select_objects(labels, image, supports, min_patch, options.max_extent)
-    pieces = remove_floating(pieces, image, supports)
+    standing = remove_floating(pieces, image, supports)
+    lost, pieces = (pieces > 0) & (standing == 0), standing
     kept = relabel_by_size(pieces, options.min_object)
     labels = remove_attached(kept, labels, image, planes)
     labels = remove_container_parts(labels, image, containers)
@@ -212,9 +217,9 @@ def _divide_candidates(
         labels = join_open(labels, image, planes)
     clock.finish("open")
     labels = join_fragments(labels, pieces, image, planes, options.min_object)
-    labels = remove_steep(labels, image, planes)
+    labels, steep = remove_steep(labels, image, planes, supports[0].plane if supports else None)
     clock.finish("fragments")
-    return labels, uncertain
+    return labels, lost | steep, uncertain
 
 
 class _StageClock:

@@ -7,6 +7,7 @@ from random_planes import image_of
 from eyehand.perception.segmentation import remove_steep as module
 from eyehand.perception.segmentation.local_planes import LocalPlanes
 from eyehand.perception.segmentation.remove_steep import count_nearer, count_steep, remove_steep
+from eyehand.perception.segmentation.result import SupportPlane
 
 
 @pytest.fixture(autouse=True)
@@ -51,7 +52,7 @@ def test_small_region_at_a_grazing_angle_is_removed(slope, kept):
     labels, image, planes = scene(slope)
     unreliable = np.mean(cosines(planes, image.pinhole)[labels == 2] < 0.25)
     assert unreliable > 0.6 if kept == 2 else unreliable < 0.4
-    left = remove_steep(labels, image, planes)
+    left = remove_steep(labels, image, planes, None)[0]
     assert left.max() == kept
     assert (left[labels == 2] > 0).all() == (kept == 3)
     assert (left[labels == 3] == kept).all()
@@ -60,13 +61,13 @@ def test_small_region_at_a_grazing_angle_is_removed(slope, kept):
 def test_large_region_stays(monkeypatch):
     monkeypatch.setattr(module, "MAX_AREA", 0)
     labels, image, planes = scene(0.05)
-    assert remove_steep(labels, image, planes) is labels
+    assert remove_steep(labels, image, planes, None)[0] is labels
 
 
 def test_pixels_without_a_plane_do_not_count():
     labels, image, planes = scene(0.0)
     none = np.zeros_like(planes.value)
-    left = remove_steep(labels, image, planes._replace(value=none))
+    left = remove_steep(labels, image, planes._replace(value=none), None)[0]
     np.testing.assert_array_equal(left, labels)
 
 
@@ -91,10 +92,24 @@ def test_nearer_pixels_are_counted_like_the_reference(reach):
 @pytest.mark.parametrize(("nearer", "kept"), [(1.2, 2), (1.0, 3), (0.8, 3), (0.0, 3)])
 def test_ramp_beside_something_nearer_that_is_no_object_is_removed(nearer, kept):
     labels, image, planes = beside(nearer)
-    assert remove_steep(labels, image, planes).max() == kept
+    assert remove_steep(labels, image, planes, None)[0].max() == kept
 
 
 def test_steep_region_beside_a_nearer_object_stays():
     labels, image, planes = beside(1.2)
     labels[40:50, 30:40] = 3
-    assert remove_steep(labels, image, planes) is labels
+    assert remove_steep(labels, image, planes, None)[0] is labels
+
+
+@pytest.mark.parametrize(("share", "found"), [(0.9, 3), (0.2, 2)])
+def test_steep_region_stays_if_most_of_its_readings_are_as_high_as_its_top(share, found):
+    """The camera looks down; the rows below `share` of region 2 are ever farther from it."""
+    labels, image, planes = scene(0.1)
+    depth = np.where(labels == 2, 0.8, 1.0)
+    rows = np.arange(60) - 40 - round(10 * share)
+    depth[labels == 2] += np.repeat(0.015 * np.clip(rows[40:50], 0, None), 20)
+    table = SupportPlane(np.array([0.0, 0.0, -1.0]), 1.0)
+    image = image_of((1.0 / depth).astype(np.float32))
+    left, lost = remove_steep(labels, image, planes, table)
+    assert left.max() == found
+    assert (lost == ((labels == 2) & (found == 2))).all()

@@ -2,12 +2,13 @@
 
 import numpy as np
 import pytest
+from random_planes import image_of
 from synthetic_solids import Ball, Box, Plate, solid_frame
 
 from eyehand.perception import CameraIntrinsics, DepthFrame, segment
 from eyehand.perception.segmentation import SupportPlane
 from eyehand.perception.segmentation.container import Container
-from eyehand.perception.segmentation.scene_warnings import find_warnings
+from eyehand.perception.segmentation.scene_warnings import find_warnings, lost_warnings
 from eyehand.perception.segmentation.support_extent import Support
 
 SUPPORT = Support(SupportPlane(np.eye(3)[2], 1.0), np.zeros((3, 2), np.float32), np.eye(3)[:2], 1.0)
@@ -168,3 +169,12 @@ def test_support_that_continues_outside_its_outline_is_doubtful():
     for continued, kinds in ((1.1, []), (3.0, ["support_doubtful"])):
         found = find_warnings(LABELS, {}, [SUPPORT], (), NOTHING, continued=continued)
         assert [one.kind for one in found] == kinds
+
+
+@pytest.mark.parametrize(("rows", "expected"), [(12, ["object_missing"]), (8, [])])
+def test_large_lost_region_is_named_with_its_place(rows, expected):
+    lost = np.zeros((480, 640), bool)
+    lost[100 : 100 + rows, 200:220] = True
+    found = lost_warnings(lost, image_of(np.ones((480, 640), np.float32)), 2)
+    assert [warning.kind for warning in found] == expected
+    assert all("column 420, row 212" in warning.message for warning in found)
