@@ -17,6 +17,7 @@ from .working_image import WorkingImage
 FLAT = "two of its parts meet without an edge"
 HIDDEN = "its parts were joined behind an occluder"
 NEARLY = "the evidence nearly joined it with its neighbour"
+COAXIAL = "it and what is above or below it are round about one axis"
 COLOURED = "two plain colours meet on it along a straight edge"
 CUT = "it was split from its neighbour along a colour edge alone"
 SCALES = "a lower resolution divides it, joins it with its neighbour or loses it"
@@ -31,7 +32,10 @@ class UncertainJoin(NamedTuple):
     pixel_b: int
     """Flat index of a pixel of the second part."""
     reason: str
-    """Why they may be two objects, or ``NEARLY`` if they are two and may be one."""
+    """Why they may be two objects. With a reason in ``APART`` they are two and may be one."""
+
+
+APART = (NEARLY, COAXIAL)
 
 
 def resolve_ambiguity(
@@ -62,7 +66,7 @@ def resolve_ambiguity(
     ambiguous: dict[int, str] = {}
     flat = labels.ravel()
     for a, b, reason in uncertain:
-        if reason != NEARLY and flat[a] == flat[b] > 0:
+        if reason not in APART and flat[a] == flat[b] > 0:
             ambiguous.setdefault(int(flat[a]), reason)
     if image.colour is not None or (options.split_solids and ambiguous):
         labels = labels.copy()
@@ -80,9 +84,9 @@ def resolve_ambiguity(
                 ambiguous.setdefault(label, reason)
     flat = labels.ravel()
     for a, b, reason in uncertain:
-        if reason == NEARLY and flat[a] != flat[b] and min(flat[a], flat[b]) > 0:
+        if reason in APART and flat[a] != flat[b] and min(flat[a], flat[b]) > 0:
             for label in (int(flat[a]), int(flat[b])):
-                ambiguous.setdefault(label, NEARLY)
+                ambiguous.setdefault(label, reason)
     return relabel_with_reasons(labels, ambiguous) if ambiguous else (labels, ambiguous)
 
 

@@ -20,6 +20,7 @@ from .frame_noise import noise_profile
 from .freed_memory import reuse_freed_memory
 from .furniture_walls import find_faces, remove_faces
 from .grow_patches import grow_patches
+from .join_coaxial import join_coaxial
 from .join_floating import join_floating
 from .join_fragments import join_fragments
 from .join_open import fill_mouths, join_open
@@ -219,6 +220,10 @@ def _divide_candidates(
     labels = join_fragments(labels, pieces, image, planes, options.min_object)
     labels, steep = remove_steep(labels, image, planes, supports[0].plane if supports else None)
     clock.finish("fragments")
+    if supports:
+        labels, coaxial = join_coaxial(labels, image, planes, supports[0].plane)
+        uncertain += coaxial
+        clock.finish("coaxial")
     return labels, lost | steep, uncertain
 
 
