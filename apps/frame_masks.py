@@ -130,8 +130,10 @@ def _load_robot(path: Path, given: int) -> tuple[LinkVolumes, NDArray[np.float64
 
 
 def _pose(numbers: list[float], name: str) -> RigidTransform:
-    if len(numbers) != POSE:
-        raise InputError(f"{name} needs {POSE} numbers, x y z qw qx qy qz, got {len(numbers)}")
+    if len(numbers) != POSE or not np.isfinite(numbers).all():
+        raise InputError(
+            f"{name} needs {POSE} finite numbers, x y z qw qx qy qz, got {len(numbers)}: {numbers}"
+        )
     return pose_from_json({"translation_m": numbers[:3], "quat_wxyz": numbers[3:]}, name)
 
 

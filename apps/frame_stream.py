@@ -74,7 +74,7 @@ class FrameStream:
         path
             Frame file or recording; None for a connected camera.
         prepare
-            Called once, after the first frame has been read and before it is yielded: it loads
+            Called once, after the first frame has been masked and before it is yielded: it loads
             kernels, which takes longer than to refuse a file. The times of the first frame then
             hold no loading.
 
@@ -87,10 +87,11 @@ class FrameStream:
         for name, source, frame in self._read(path):
             if name is None:
                 check_usable(frame_faults(frame), source)
+            masked = frame if self.masks is None else self.masks.applied(frame)
             if first:
                 prepare()
             first = False
-            yield name, source, frame if self.masks is None else self.masks.applied(frame)
+            yield name, source, masked
         if first:
             raise InputError(f"{path} holds no frame")
 

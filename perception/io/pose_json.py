@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from typing import Any
 
 import numpy as np
@@ -79,7 +80,10 @@ def pose_from_json(value: Any, name: str) -> RigidTransform:
     translation = numbers_from_json(value["translation_m"], 3, f"{name}.translation_m")
     norm = float(np.linalg.norm(quaternion))
     if not abs(norm - 1.0) <= ROTATION_TOLERANCE:
-        raise InputError(f"{name}.quat_wxyz has length {norm:.4g}, expected 1")
+        raise InputError(
+            f"{name}.quat_wxyz has length {norm:.4g}, expected 1: got {quaternion.tolist()}, and "
+            "no rotation is [1.0, 0.0, 0.0, 0.0]"
+        )
     _check_distance(translation, name)
     return RigidTransform.from_components(
         translation, Rotation.from_quat(quaternion, scalar_first=True)
@@ -131,7 +135,10 @@ def number_from_json(value: Any, name: str) -> float:
     """
     if not _is_number(value):
         raise InputError(f"{name} must be a number, got {_shortened(value)}")
-    return float(numbers_from_json([value], 1, name)[0])
+    # NaN and integers that no float can hold are no finite numbers either.
+    if not -sys.float_info.max <= value <= sys.float_info.max:
+        raise InputError(f"{name} must be a finite number, got {_shortened(value)}")
+    return float(value)
 
 
 def _is_number(value: Any) -> bool:

@@ -50,10 +50,15 @@ class _Region(NamedTuple):
     """Heights over the support, (N,), m."""
     plan: NDArray[np.float64]
     """Positions in plan, (N, 2), m."""
-    normal: NDArray[np.float64]
-    """Plan components of the unit normals towards the camera, (N, 2)."""
-    wall: NDArray[np.bool_]
-    """(N,) whether the normal is inclined enough to show an axis."""
+    wall: NDArray[np.float64]
+    """Positions in plan of the readings with an inclined normal, (M, 2), m."""
+    outwards: NDArray[np.float64]
+    """Directions in plan of their normals, (M, 2)."""
+
+    @property
+    def across(self) -> NDArray[np.float64]:
+        """Directions in plan across the normals, (M, 2)."""
+        return self.outwards[:, ::-1] * (-1.0, 1.0)
 
 
 def join_coaxial(
@@ -90,11 +95,11 @@ def join_coaxial(
     ]
     parent = np.arange(count + 1, dtype=np.int32)
     uncertain = []
-    for a, b in combinations(range(count), 2):
-        body, neck = sorted((regions[a], regions[b]), key=lambda one: float(np.median(one.height)))
-        if not _overlap_in_plan(body, neck):
-            continue
-        axis = _common_axis(body, neck)
+    usable = [k for k in range(count) if len(regions[k].height) >= MIN_SAMPLES]
+    usable.sort(key=lambda k: float(np.median(regions[k].height)))
+    for a, b in combinations(usable, 2):
+        body, neck = regions[a], regions[b]
+        axis = _common_axis(body, neck) if _stands_over(neck, body) else None
         if axis is None:
             continue
         if _is_neck(neck, body, axis):
@@ -118,17 +123,17 @@ def _region(
     normal = -np.column_stack([slope_u * fx, slope_v * fy, depth]).astype(np.float64)
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
     axes = perpendicular_pair(support.normal).T
-    flat = normal @ axes
-    wall = np.hypot(*flat.T) > MIN_SLOPE
-    return _Region(support.height(points), points @ axes, flat, wall)
+    plan, outwards = points @ axes, normal @ axes
+    slope = np.linalg.norm(outwards, axis=1)
+    wall = slope > MIN_SLOPE
+    return _Region(support.height(points), plan, plan[wall], outwards[wall] / slope[wall, None])
 
 
-def _overlap_in_plan(a: _Region, b: _Region) -> bool:
-    """Return whether both regions have readings, and their rectangles in plan overlap."""
-    if min(len(a.plan), len(b.plan)) < MIN_SAMPLES:
-        return False
-    low = np.maximum(a.plan.min(axis=0), b.plan.min(axis=0))
-    return bool((low < np.minimum(a.plan.max(axis=0), b.plan.max(axis=0))).all())
+def _stands_over(neck: _Region, body: _Region) -> bool:
+    """Return whether the middle of a region lies in plan in the rectangle around the other one."""
+    middle = np.median(neck.plan, axis=0)
+    low, high = body.plan.min(axis=0), body.plan.max(axis=0)
+    return bool(((low < middle) & (middle < high)).all())
 
 
 def _common_axis(body: _Region, neck: _Region) -> NDArray[np.float64] | None:
@@ -136,31 +141,28 @@ def _common_axis(body: _Region, neck: _Region) -> NDArray[np.float64] | None:
 
     The lines along the normals of a round wall meet in its axis. The level top of a neck has none.
     """
-    walls = [one for one in (body, neck) if np.count_nonzero(one.wall) >= MIN_SAMPLES]
-    if not any(one is body for one in walls):
+    if len(body.wall) < MIN_SAMPLES:
         return None
-    across = [one.normal[one.wall][:, ::-1] * (-1.0, 1.0) for one in walls]
-    across = [one / np.linalg.norm(one, axis=1, keepdims=True) for one in across]
-    offsets = [(t * one.plan[one.wall]).sum(axis=1) for t, one in zip(across, walls, strict=True)]
-    weights = [np.full(len(one), 1.0 / len(one)) for one in offsets]
-    axis = np.zeros(2)
+    walls = [body, neck] if len(neck.wall) >= MIN_SAMPLES else [body]
+    across = np.concatenate([one.across for one in walls])
+    offsets = (across * np.concatenate([one.wall for one in walls])).sum(axis=1)
+    equal = np.concatenate([np.full(len(one.wall), 1.0 / len(one.wall)) for one in walls])
+    axis, weights = np.zeros(2), equal
     for _ in range(ROUNDS):
-        t, d, w = np.concatenate(across), np.concatenate(offsets), np.concatenate(weights)
-        matrix = (t * w[:, None]).T @ t
+        weighted = across.T * weights
+        matrix = weighted @ across
         spread = np.linalg.eigvalsh(matrix)
         if spread[0] < MIN_ARC * spread.sum():
             return None
-        axis = np.linalg.solve(matrix, (t * w[:, None]).T @ d)
-        apart = [(t @ axis - d) / SCALE for t, d in zip(across, offsets, strict=True)]
-        weights = [1.0 / (len(one) * (1.0 + one**2)) for one in apart]
-    for one, distance in zip(walls, apart, strict=True):
-        away = one.plan[one.wall] - axis
-        away /= np.maximum(np.linalg.norm(away, axis=1, keepdims=True), 1e-9)
-        outwards = (away * one.normal[one.wall]).sum(axis=1) / np.hypot(*one.normal[one.wall].T)
-        if SCALE * np.median(np.abs(distance)) > MAX_DISTANCE or np.median(outwards) < MIN_OUTWARDS:
+        axis = np.linalg.solve(matrix, weighted @ offsets)
+        weights = equal / (1.0 + ((across @ axis - offsets) / SCALE) ** 2)
+    for one in walls:
+        away = one.wall - axis
+        distance = np.abs((one.across * away).sum(axis=1))
+        along = (one.outwards * away).sum(axis=1) / np.linalg.norm(away, axis=1)
+        if np.median(distance) > MAX_DISTANCE or not np.median(along) >= MIN_OUTWARDS:
             return None
-    centred = np.linalg.norm(np.median(neck.plan, axis=0) - axis)
-    return axis if centred < np.quantile(np.linalg.norm(body.plan - axis, axis=1), RADIUS) else None
+    return axis
 
 
 def _is_neck(neck: _Region, body: _Region, axis: NDArray[np.float64]) -> bool:

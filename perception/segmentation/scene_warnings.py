@@ -169,9 +169,7 @@ def find_warnings(
     return tuple(warnings)
 
 
-def lost_warnings(
-    lost: NDArray[np.bool_], image: WorkingImage, stride: int
-) -> list[SceneWarning]:
+def lost_warnings(lost: NDArray[np.bool_], image: WorkingImage, stride: int) -> list[SceneWarning]:
     """Return a warning for each large part of the readings that may be an object and are none.
 
     `lost` (H, W) marks these readings in the working image, and `stride` is its step, px.

@@ -182,7 +182,8 @@ def test_given_camera_pose_replaces_that_of_the_file():
         ({"region": [1.0, 2.0, 1.0, 9.0]}, "lower corner before the upper one"),
         ({"region": [0.0, 0.0, 2.0, 2.0]}, "the masks leave no reading"),
         ({"camera_pose": [0.0] * 6}, "x y z qw qx qy qz, got 6"),
-        ({"camera_pose": [0.0] * 7}, "--camera-pose.quat_wxyz has length 0"),
+        ({"camera_pose": [0.0] * 7}, "--camera-pose.quat_wxyz has length 0, expected 1: got"),
+        ({"camera_pose": [0.0] * 6 + [np.nan]}, "x y z qw qx qy qz, got 7: .*nan"),
         ({"mask": SAMPLE.with_name("absent.png")}, "no such file"),
         ({"robot": "absent.xml", "q": [0.0]}, "no such file: absent.xml"),
     ],
@@ -200,6 +201,10 @@ def test_mask_of_other_size_and_robot_without_a_pose_are_rejected(tmp_path: Path
     cv2.imwrite(str(tmp_path / "m.png"), np.ones((3, 4), np.uint8))
     with pytest.raises(InputError, match=r"m\.png: the mask is 4x3 px, expected 640x480 px"):
         FrameMasks(mask=tmp_path / "m.png").applied(frame)
+    out = tmp_path / "out"
+    with pytest.raises(SystemExit):
+        main(["perceive", str(SAMPLE), "--mask", str(tmp_path / "m.png"), "--out", str(out)])
+    assert not out.exists()
     with pytest.raises(InputError, match="--robot needs the camera's pose"):
         FrameMasks(robot=PANDA, q=Q).applied(DepthFrame(frame.depth, frame.intrinsics))
 

@@ -58,7 +58,7 @@ def test_flat_ring_around_the_upper_part_is_no_shoulder(slope, joined):
         radius, angle = np.meshgrid(np.linspace(low, high, 20), np.linspace(0.0, 3.0, 20))
         plan = (radius * [np.cos(angle), np.sin(angle)]).reshape(2, -1).T
         level = height - slope * np.maximum(radius.ravel() - 0.012, 0.0)
-        return _Region(level, plan, np.zeros_like(plan), np.zeros(len(plan), bool))
+        return _Region(level, plan, plan[:0], plan[:0])
 
     neck, body = ring(0.0, 0.012, 0.2), ring(0.012, 0.035, 0.15)
     assert _is_neck(neck, body, np.zeros(2)) == joined
