@@ -25,7 +25,7 @@ MIN_SLOPE = 0.35
 ROUNDS, SCALE = 3, 0.003
 """Fits of the axis, and the distance at which a reading's weight is halved, m."""
 MIN_ARC = 0.08
-"""Minimum share of the less certain direction in the evidence for an axis. Walls of a box have 0."""
+"""Minimum share of the less certain direction in the evidence for an axis. A plane wall has 0."""
 MAX_DISTANCE = 0.005
 """Maximum median distance of the axis from the normals of each region, m. It is 0.2 to 4.5 mm for
 parts of a bottle. No other two things on a table or in a real frame are below it."""
