@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
@@ -95,11 +94,9 @@ def join_coaxial(
     ]
     parent = np.arange(count + 1, dtype=np.int32)
     uncertain = []
-    usable = [k for k in range(count) if len(regions[k].height) >= MIN_SAMPLES]
-    usable.sort(key=lambda k: float(np.median(regions[k].height)))
-    for a, b in combinations(usable, 2):
+    for a, b in _standing_pairs(regions):
         body, neck = regions[a], regions[b]
-        axis = _common_axis(body, neck) if _stands_over(neck, body) else None
+        axis = _common_axis(body, neck)
         if axis is None:
             continue
         if _is_neck(neck, body, axis):
@@ -129,11 +126,20 @@ def _region(
     return _Region(support.height(points), plan, plan[wall], outwards[wall] / slope[wall, None])
 
 
-def _stands_over(neck: _Region, body: _Region) -> bool:
-    """Return whether the middle of a region lies in plan in the rectangle around the other one."""
-    middle = np.median(neck.plan, axis=0)
-    low, high = body.plan.min(axis=0), body.plan.max(axis=0)
-    return bool(((low < middle) & (middle < high)).all())
+def _standing_pairs(regions: list[_Region]) -> list[list[int]]:
+    """Return the pairs of regions, the lower one first, of which the upper one stands over it.
+
+    Its middle lies in plan in the rectangle around the lower one.
+    """
+    usable = np.array([k for k, one in enumerate(regions) if len(one.height) >= MIN_SAMPLES], int)
+    if not len(usable):
+        return []
+    height = np.array([np.median(regions[k].height) for k in usable])
+    middle = np.array([np.median(regions[k].plan, axis=0) for k in usable])
+    low = np.array([regions[k].plan.min(axis=0) for k in usable])[:, None]
+    high = np.array([regions[k].plan.max(axis=0) for k in usable])[:, None]
+    over = ((low < middle) & (middle < high)).all(axis=2) & (height[:, None] < height)
+    return usable[np.argwhere(over)].tolist()
 
 
 def _common_axis(body: _Region, neck: _Region) -> NDArray[np.float64] | None:
