@@ -27,7 +27,7 @@ MIN_ARC = 0.08
 """Minimum share of the less certain direction in the evidence for an axis. A plane wall has 0."""
 MAX_DISTANCE = 0.005
 """Maximum median distance of the axis from the normals of each region, m. It is 0.2 to 4.5 mm for
-parts of a bottle. No other two things on a table or in a real frame are below it."""
+parts of a bottle. Of other things, stacks and one pair in 62 real frames are below it."""
 MIN_OUTWARDS = 0.9
 """Minimum cosine between the normals and the directions away from the axis, median."""
 RADIUS = 0.95
