@@ -134,7 +134,8 @@ class JointTravel:
         strays = (against | too_far) & (np.abs(q - self._recent[0].start) > MOVES)
         if strays.any():
             k = int(np.argmax(strays))
-            numbers = f"it moved {moved[k]:.2f} rad, commanded were {self._commanded[k]:.2f}"
+            done, asked = np.round([moved[k], self._commanded[k]], 2) + 0.0  # -0.0 prints as -0
+            numbers = f"it moved {done:g} rad, and the command was {asked:g} rad"
             if too_far[k]:
                 return (
                     f"joint {joints[k]} moves farther than commanded: {numbers}; "
