@@ -68,5 +68,5 @@ def test_input_is_checked():
     frame = table_frame()
     with pytest.raises(InputError, match="T_world_camera"):
         correct_depth(replace(frame, T_world_camera=None), 0.0)
-    with pytest.raises(InputError, match="at least 0.05 m below the camera at .* got 2.0 m"):
+    with pytest.raises(InputError, match=r"at least 0.05 m below the camera at .* got 2.0 m"):
         correct_depth(frame, 2.0)
