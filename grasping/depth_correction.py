@@ -97,7 +97,7 @@ def correct_depth(
     true_height = float(T_world_camera.translation[2]) - support_height
     if not np.isfinite(support_height) or true_height < MIN_HEIGHT:
         raise InputError(
-            f"the height of the support must be finite and at least {MIN_HEIGHT} m below the camera "
+            f"the support's height must be finite and at least {MIN_HEIGHT} m below the camera "
             f"at {T_world_camera.translation[2]:.3f} m; got {support_height} m"
         )
     if segmentation is None:
