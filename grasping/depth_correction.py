@@ -83,8 +83,8 @@ def correct_depth(
     Returns
     -------
     frame, correction
-        The corrected frame, or the same frame if `correction` is false: there is no support, or the
-        correction exceeds 15 % or 5°.
+        The corrected frame with its `scale_error`, or the same frame if `correction` is false:
+        there is no support, or the correction exceeds 15 % or 5°.
 
     Raises
     ------
@@ -118,7 +118,8 @@ def correct_depth(
         return frame, replace(correction, scale=1.0, reason=reason)
     pose = _levelled(T_world_camera, normal)
     depth = (frame.depth * np.float32(scale)).astype(np.float32)
-    return replace(frame, depth=depth, T_world_camera=pose), correction
+    error = min(frame.scale_error, CORRECTED_SCALE_ERROR)
+    return replace(frame, depth=depth, T_world_camera=pose, scale_error=error), correction
 
 
 def _levelled(T_world_camera: RigidTransform, normal: NDArray[np.float64]) -> RigidTransform:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -39,9 +39,9 @@ class SupportMemory:
         Returns
         -------
         frame, depth_error
-            The corrected frame, and the standard deviation of its scale for
-            `JawOptions.depth_error`. Without a support, or if the correction is refused, the frame
-            and the deviation of one image.
+            The corrected frame, and the standard deviation of its scale, which is also its
+            `scale_error`. Without a support, or if the correction is refused, the frame and the
+            deviation of one image.
 
         Raises
         ------
@@ -62,4 +62,5 @@ class SupportMemory:
         if not correction:
             return frame, self.depth_error
         share = float(weights.sum() ** -0.5) / distance
-        return frame, float(np.hypot(share, CORRECTED_SCALE_ERROR))
+        error = float(np.hypot(share, CORRECTED_SCALE_ERROR))
+        return replace(frame, scale_error=error), error

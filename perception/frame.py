@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -125,7 +126,7 @@ class DepthFrame:
     InputError
         If depth is not a 2-D float array of the camera's size, contains NaN, infinity or negative
         values, contains no reading, or is so large that it must be in millimetres. If colour has
-        another size or type.
+        another size or type, or the error of the scale is negative.
     """
 
     depth: NDArray[np.float32]
@@ -139,6 +140,9 @@ class DepthFrame:
     masked: NDArray[np.bool_] | None = None
     """Pixels whose readings were removed on purpose, (H, W) bool, or None: see `without`. Other
     pixels without a reading may show a transparent thing."""
+    scale_error: float = math.inf
+    """Standard deviation of the scale of the depth, a share of the distance. Infinity: unknown.
+    :func:`eyehand.grasping.correct_depth` sets it."""
 
     def __post_init__(self) -> None:
         depth = np.asarray(self.depth)
@@ -161,6 +165,8 @@ class DepthFrame:
                     f"colour must be {(*expected, 3)} uint8 RGB, got {colour.shape} {colour.dtype}"
                 )
             object.__setattr__(self, "colour", _read_only(colour))
+        if not self.scale_error >= 0.0:
+            raise InputError(f"scale_error must be at least 0, got {self.scale_error}")
         if self.masked is not None:
             masked = np.asarray(self.masked)
             if masked.shape != expected or masked.dtype != np.bool_:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from dataclasses import dataclass, field, replace
 from typing import Literal
@@ -111,6 +112,8 @@ class Scene:
     """Regions of the support without readings, where something may stand, largest first."""
     background: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 3)))
     """Readings above the support, near the objects, that belong to no object, (K, 3), m."""
+    scale_error: float = math.inf
+    """Standard deviation of the scale of the depth image: `DepthFrame.scale_error`."""
 
     @property
     def warnings(self) -> tuple[SceneWarning, ...]:
@@ -197,6 +200,7 @@ def perceive(frame: DepthFrame, options: PerceiveOptions | None = None) -> Scene
         containers=tuple(one.moved(T_scene_camera) for one in segmentation.containers),
         unknown=tuple(one.moved(T_scene_camera) for one in segmentation.unknown),
         background=background_points(frame, segmentation, T_scene_camera, list(clouds.values())),
+        scale_error=frame.scale_error,
     )
 
 

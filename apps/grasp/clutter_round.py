@@ -38,7 +38,6 @@ from eyehand.data_synth.cell import (
 from eyehand.data_synth.render import add_dex_noise, open_renderer
 from eyehand.data_synth.scenes import PieceObject, Split, read_piece_objects, select_half
 from eyehand.grasping import (
-    CORRECTED_SCALE_ERROR,
     Grasp,
     JawOptions,
     SupportMemory,
@@ -225,13 +224,11 @@ def _attempt(
     started = time.thread_time()
     if settings.known_table:
         frame, _ = correct_depth(frame, TABLE_HEIGHT)
-    options = _options(settings, failed)
     if memory is not None:
-        frame, error = memory.corrected(frame)
-        options = replace(options, depth_error=error)
+        frame, _ = memory.corrected(frame)
     scene = perceive(frame)
     perceived = time.thread_time()
-    grasps = plan_grasps(scene, world.hand, options)
+    grasps = plan_grasps(scene, world.hand, _options(settings, failed))
     planned = time.thread_time()
     if not grasps:
         return None, None, grasps.reason
@@ -270,6 +267,4 @@ def _options(settings: ClutterTrial, failed: tuple[Grasp, ...]) -> JawOptions:
     options = JawOptions(
         full_opening=True, guarded=True, failed=failed, calibration_error=calibration
     )
-    if settings.known_table:
-        options = replace(options, depth_error=CORRECTED_SCALE_ERROR)
     return replace(options, **settings.planner)

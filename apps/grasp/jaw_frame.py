@@ -9,7 +9,6 @@ from scipy.spatial.transform import RigidTransform
 
 from eyehand.errors import InputError
 from eyehand.grasping import (
-    CORRECTED_SCALE_ERROR,
     DepthCorrection,
     Grasp,
     GraspList,
@@ -114,8 +113,6 @@ def grasp_frame(
         frame, correction = correct_depth(frame, table_height)
         if not correction:
             raise InputError(f"--table-height {table_height:g} does not fit: {correction.reason}")
-        error = min(options.depth_error, CORRECTED_SCALE_ERROR)
-        options = replace(options, depth_error=error)
     seconds = time.perf_counter() - began
     scene = perceive(frame)
     grasps = plan_grasps(scene, hand, options)

@@ -28,8 +28,9 @@ class JawOptions:
     calibration_error: float = 0.003
     """Standard deviation of the hand's position relative to the image, m."""
     depth_error: float = 0.03
-    """Standard deviation of the scale of the depth image, as a share of the distance. Set it to
-    0.005 after :func:`.correct_depth`, or for a calibrated camera."""
+    """Standard deviation of the scale of the depth image, as a share of the distance. A smaller
+    `Scene.scale_error` replaces it, as after :func:`.correct_depth`. Set it to 0.005 for a
+    calibrated camera."""
     max_tilt: float = math.radians(95.0)
     """Maximum angle of the approach from straight down, rad. 90° is from the side."""
     full_opening: bool = False

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections import Counter
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -72,6 +73,7 @@ def plan_grasps(
     """
     started = time.perf_counter()
     options = options or JawOptions()
+    options = replace(options, depth_error=min(options.depth_error, scene.scale_error))
     up = up_direction(scene)
     items = [item for item in scene.objects if len(item.points)]
     pairs = [(item, object_surface(item, scene)) for item in items]

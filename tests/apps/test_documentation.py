@@ -49,7 +49,7 @@ PRINTED = {
     "from eyehand.grasping import load_hand": "% safe",
     "import json\n\nfrom eyehand.grasping": "% True\n",
     "import json\nfrom pathlib": "name='my gripper', stroke=0.06",
-    "from eyehand.grasping import (": "hand [[",
+    "from eyehand.grasping import JawOptions, correct_depth": "hand [[",
     "from eyehand.control import App": "reached",
     "from eyehand.control import RobotModel": "shoulder elbow at most [0.5 2. ] rad/s",
     "from eyehand.perception import perceive\nfrom eyehand.perception.cameras": "6 objects",

@@ -3,17 +3,25 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.errors import InputError
-from eyehand.grasping import correct_depth
-from eyehand.perception import CameraIntrinsics, DepthFrame
+from eyehand.grasping import (
+    CORRECTED_SCALE_ERROR,
+    JawOptions,
+    correct_depth,
+    load_hand,
+    plan_grasps,
+)
+from eyehand.perception import CameraIntrinsics, DepthFrame, perceive, read_frame
 
 CAMERA = CameraIntrinsics(270.0, 270.0, 159.5, 119.5, 320, 240)
 HEIGHT = 0.35
+SAMPLE = Path(__file__).parents[2] / "apps" / "sample" / "depth.png"
 
 
 def table_frame(tilt=0.0, table=0.0) -> DepthFrame:
@@ -70,3 +78,19 @@ def test_input_is_checked():
         correct_depth(replace(frame, T_world_camera=None), 0.0)
     with pytest.raises(InputError, match=r"at least 0.05 m below the camera at .* got 2.0 m"):
         correct_depth(frame, 2.0)
+
+
+def test_grasps_know_that_the_scale_was_corrected():
+    true = read_frame(SAMPLE)
+    wrong = replace(true, depth=(true.depth * np.float32(1.04)))
+    corrected = perceive(correct_depth(wrong, 0.0)[0])
+    hand = load_hand("panda")
+    known = plan_grasps(corrected, hand)[0].success
+    assert known > plan_grasps(perceive(wrong), hand)[0].success + 0.03
+    options = JawOptions(depth_error=CORRECTED_SCALE_ERROR)
+    assert known == plan_grasps(corrected, hand, options)[0].success
+
+
+def test_error_of_the_scale_is_checked():
+    with pytest.raises(InputError, match=r"scale_error must be at least 0, got -0\.1"):
+        replace(table_frame(), scale_error=-0.1)

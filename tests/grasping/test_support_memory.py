@@ -31,6 +31,7 @@ def test_images_are_scaled_to_the_mean_height_of_the_support():
     errors = [error for _, error in found]
     assert errors[0] == pytest.approx(np.hypot(0.03, CORRECTED_SCALE_ERROR))
     assert errors == sorted(errors, reverse=True)
+    assert [frame.scale_error for frame, _ in found] == errors
     assert errors[-1] == pytest.approx(np.hypot(0.015, CORRECTED_SCALE_ERROR), abs=1e-3)
 
 
