@@ -20,6 +20,13 @@ FIELD_OF_VIEW_DEG = (5.0, 150.0)
 FAR_M, FAR_QUANTILE = 2.5, 0.05
 """Distance beyond which no solid is fitted, m, and the share of the readings that may be nearer. A
 frame beyond it is usually in another unit: a D405 counts 0.1 mm."""
+NEAR_M, NEAR_QUANTILE = 0.1, 0.25
+"""Distance within which few depth cameras measure, m, and the share of the readings that must be
+nearer. It is that of 25 real frames in mm that are read in 0.1 mm. Fingers take up less."""
+CHECK_UNIT = (
+    "Check the unit of the depth (`depth_scale_mm` of the camera file, mm per unit of a PNG; 1 if "
+    "it is missing)"
+)
 MAX_CAMERA_M = 20.0
 """Maximum distance of a camera from the origin of the world, m. Robot cells are smaller."""
 MAX_LEVEL_TILT = math.radians(3.0)
@@ -78,10 +85,15 @@ def check_frame(frame: DepthFrame, image: WorkingImage) -> tuple[SceneWarning, .
     if np.quantile(sample, 1.0 - FAR_QUANTILE) < 1.0 / FAR_M:
         message = (
             f"nearly all readings are beyond {FAR_M:g} m, the median at {1 / middle:.1f} m: no "
-            "solid is fitted there. Check the unit of the depth (`depth_scale_mm` of the "
-            "camera file, mm per unit of a PNG; 1 if it is missing)"
+            f"solid is fitted there. {CHECK_UNIT}"
         )
         faults.append(SceneWarning("far", message))
+    elif np.quantile(sample, 1.0 - NEAR_QUANTILE) > 1.0 / NEAR_M:
+        message = (
+            f"many readings are nearer than {NEAR_M:g} m, the median at {1 / middle:.2f} m: few "
+            f"cameras measure there. {CHECK_UNIT}"
+        )
+        faults.append(SceneWarning("near", message))
     return tuple(faults)
 
 

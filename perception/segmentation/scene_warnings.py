@@ -34,6 +34,7 @@ WarningKind = Literal[
     "principal_point",
     "pose",
     "far",
+    "near",
     "noise",
     "constant",
 ]
@@ -65,6 +66,7 @@ WarningKind = Literal[
 - pose: the pose of the camera is implausible: the largest plane is far from horizontal with it, or
   the camera is more than 20 m from the origin. It may be inverted or in mm.
 - far: nearly all readings are too far for solids; the depth may have another unit.
+- near: many readings are nearer than most cameras measure; the depth may have another unit.
 - noise: the readings are noise; there is no smooth surface.
 - constant: all readings are equal; the image shows at most a bare plane, without noise.
 """

@@ -93,6 +93,14 @@ def test_depth_in_another_unit_is_warned_about(factor, expected):
     assert all("median at 5.0 m" in message and "depth_scale_mm" in message for message in found)
 
 
+@pytest.mark.parametrize(("factor", "expected"), [(0.09, True), (0.15, False)])
+def test_depth_that_is_too_near_is_warned_about(factor, expected):
+    depth = factor * noisy(np.random.default_rng(0), 0.001).astype(np.float32)
+    found = [w.message for w in segment(DepthFrame(depth, CAMERA)).warnings if w.kind == "near"]
+    assert bool(found) == expected
+    assert all("median at 0.09 m" in message and "depth_scale_mm" in message for message in found)
+
+
 def test_inverted_pose_is_warned_about():
     turn = Rotation.from_euler("x", 220, degrees=True)  # looks at the table obliquely from above
     pose = RigidTransform.from_components([0.0, -1.0, 1.2], turn)
