@@ -22,7 +22,7 @@ FAR_M, FAR_QUANTILE = 2.5, 0.05
 frame beyond it is usually in another unit: a D405 counts 0.1 mm."""
 NEAR_M, NEAR_QUANTILE = 0.1, 0.25
 """Distance within which few depth cameras measure, m, and the share of the readings that must be
-nearer. It is that of 25 real frames in mm that are read in 0.1 mm. Fingers take up less."""
+nearer. It is that of 24 real frames in mm that are read in 0.1 mm. Fingers take up less."""
 CHECK_UNIT = (
     "Check the unit of the depth (`depth_scale_mm` of the camera file, mm per unit of a PNG; 1 if "
     "it is missing)"
