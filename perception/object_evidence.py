@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -18,6 +19,11 @@ if TYPE_CHECKING:
     from .frame import DepthFrame
     from .segmentation import Segmentation
 
+SPACING = 0.003
+"""Maximum distance of the readings of an object across the line of sight, m. A fingertip that is
+sunk in the object holds ten of them or more."""
+MAX_READINGS = 10_000
+"""Maximum number of readings at this distance, per object."""
 BORDER_PX = 1
 """Pixels removed from the border of every segment before its fit. Depth is least reliable there:
 some pixels mix the object with what lies behind it. Two pixels would lose thin objects."""
@@ -80,9 +86,10 @@ def sample_points(
     count: int,
     rng: np.random.Generator,
 ) -> NDArray[np.float64]:
-    """Sample at most `count` points of a segment, camera frame.
+    """Sample points of a segment, camera frame: at most `count` at random, then those of a grid.
 
-    The segment's border is left out if at least ``MIN_POINTS`` pixels remain.
+    The segment's border is left out if at least ``MIN_POINTS`` pixels remain. The grid has the
+    points of large objects only, in which the first `count` are farther apart than ``SPACING``.
     """
     mask = segmentation.labels[box] == label
     side = 2 * BORDER_PX + 1
@@ -95,10 +102,16 @@ def sample_points(
     if np.count_nonzero(eroded) >= MIN_POINTS:
         mask = eroded > 0
     rows, columns = np.nonzero(mask & (frame.depth[box] > 0))
+    k = frame.intrinsics
     if rows.size > count:
         drawn = np.sort(rng.choice(rows.size, count, replace=False))
+        step = SPACING * k.fx / float(np.median(frame.depth[box][rows[drawn], columns[drawn]]))
+        step = max(int(step), 1, math.ceil(math.sqrt(rows.size / MAX_READINGS)))
+        on_grid = (rows % step == 0) & (columns % step == 0)
+        if np.count_nonzero(on_grid) > count:
+            on_grid[drawn] = False
+            drawn = np.append(drawn, np.flatnonzero(on_grid))
         rows, columns = rows[drawn], columns[drawn]
     rows, columns = rows + box[0].start, columns + box[1].start
-    k = frame.intrinsics
     z = frame.depth[rows, columns].astype(np.float64)
     return np.column_stack([(columns - k.cx) / k.fx * z, (rows - k.cy) / k.fy * z, z])

@@ -47,7 +47,7 @@ class PerceiveOptions:
     """Maximum distance of a fitted object from the camera, m. Farther objects are only segmented:
     their pixels are too few and too noisy for a fit."""
     cloud_points: int = 2000
-    """Maximum number of points per object. More points take longer to fit."""
+    """Maximum number of points per object that are fitted. More points take longer."""
     max_objects: int = 30
     """Maximum number of fitted objects, largest first. It bounds the time on a cluttered frame."""
     seed: int = 0
@@ -64,7 +64,8 @@ class SceneObject:
     label: int
     """Number of the object in the segmentation, 1..n, largest first."""
     points: NDArray[np.float64]
-    """Visible surface points, (N, 3), m, in the scene's frame."""
+    """Visible surface points, (N, 3), m, in the scene's frame. Of large objects there are more than
+    `PerceiveOptions.cloud_points`, which the solid is fitted to."""
     pixel_count: int
     """Size of the object's segment, px."""
     fit: SuperquadricFit
@@ -159,6 +160,7 @@ def perceive(frame: DepthFrame, options: PerceiveOptions | None = None) -> Scene
         )
         for label, box in boxes.items()
     }
+    readings, clouds = clouds, {k: one[: options.cloud_points] for k, one in clouds.items()}
     collected = time.perf_counter()
     below = {
         label: find_surface_below(label, clouds, support, segmentation, boxes[label])
@@ -175,7 +177,7 @@ def perceive(frame: DepthFrame, options: PerceiveOptions | None = None) -> Scene
     objects = tuple(
         SceneObject(
             label=label,
-            points=cloud,
+            points=readings[label],
             pixel_count=int(sizes[label]),
             fit=fits[label],
             visible_share=visible_share(int(sizes[label]), fits[label], frame, T_scene_camera),
@@ -263,7 +265,7 @@ def region_evidence(
         T_scene_camera = RigidTransform.identity()
     rng = np.random.default_rng(options.seed)
     sampled = sample_points(frame, segmentation, label, box, options.cloud_points, rng)
-    cloud = T_scene_camera.apply(sampled)
+    cloud = T_scene_camera.apply(sampled[: options.cloud_points])
     moved = support.moved(T_scene_camera) if support else None
     plane = _plane_below(moved, SurfaceBelow(0.0, SUPPORT))
     return collect_evidence(cloud, plane, frame, T_scene_camera, segmentation.mask(label))

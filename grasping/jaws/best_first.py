@@ -16,6 +16,7 @@ from .memory import memory_term
 from .scored import ScoredCandidates, join_scored
 from .scoring import clearance_for, clearance_terms
 from .selection import MIN_PROBABILITY
+from .sunk_depth import sunk_depths
 from .symmetry import distinct, repeats, symmetry_axes
 from .unseen import HiddenSpace
 
@@ -186,6 +187,8 @@ def _checked(
     """
     full = hand_clearances(part.candidates, part.opening, tests.readings, tests.shell, FULL_RANK)
     clearance = np.minimum(part.clearance, full)
+    sunk = sunk_depths(part.candidates, part.opening, tests.readings, tests.shell)
+    clearance = np.where(sunk > 0.0, np.minimum(clearance, -sunk), clearance)
     clearance[:, 1] = np.minimum(clearance[:, 1], _closing_clearance(part, tests))
     terms = {**part.terms, **clearance_terms(clearance, options)}
     others = np.prod([terms[name] for name in terms if name != "depth_error"], axis=0)
