@@ -188,6 +188,9 @@ def _checked(
     full = hand_clearances(part.candidates, part.opening, tests.readings, tests.shell, FULL_RANK)
     clearance = np.minimum(part.clearance, full)
     sunk = sunk_depths(part.candidates, part.opening, tests.readings, tests.shell)
+    # The solids of neighbours reach below what the camera sees.
+    solid = sunk_depths(part.candidates, part.opening, tests.coarse, tests.shell)
+    sunk[:, 1] = np.maximum(sunk[:, 1], solid[:, 1])
     clearance = np.where(sunk > 0.0, np.minimum(clearance, -sunk), clearance)
     clearance[:, 1] = np.minimum(clearance[:, 1], _closing_clearance(part, tests))
     terms = {**part.terms, **clearance_terms(clearance, options)}

@@ -21,14 +21,16 @@ if TYPE_CHECKING:
 
     from .point_blocks import Spheres
 
-GRID = 11
-"""Samples along each side of the cube that is projected onto a solid: 6 · 11² = 726 points, 6 mm
-apart on a box of 60 x 60 x 100 mm."""
+MIN_GRID, MAX_GRID = 11, 41
+"""Samples along each side of the cube that is projected onto a solid, between which its size
+decides: 6 · 11² = 726 points are 6 mm apart on a box of 60 x 60 x 100 mm."""
+SAMPLE_SPACING = 0.006
+"""Distance of the samples on larger solids, m."""
 VOXEL = 0.006
 """Side of the cells in which measured points are averaged, m. It removes a part of the noise."""
 SURFACE_BLOCK = 0.015
 """Side of the blocks of a surface's points, m: a little less than the side of a pad."""
-MAX_MEASURED = 500
+MAX_MEASURED = 2000
 """Maximum number of averaged points per object."""
 MIN_FALLBACK_POINTS = 12
 """Minimum number of points from which a box is fitted to an object without a solid."""
@@ -169,9 +171,9 @@ def _averaged(points: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 @cache
-def _cube() -> NDArray[np.float64]:
-    """Return points on the cube [-1, 1]³, (6 GRID², 3)."""
-    line = (np.arange(GRID) + 0.5) / GRID * 2.0 - 1.0
+def _cube(count: int) -> NDArray[np.float64]:
+    """Return points on the cube [-1, 1]³, `count` along each side, (6 count², 3)."""
+    line = (np.arange(count) + 0.5) / count * 2.0 - 1.0
     u, v = (part.ravel() for part in np.meshgrid(line, line))
     one = np.ones_like(u)
     faces = []
@@ -187,7 +189,10 @@ def _solid_samples(
     """Sample the surface of a union of solids: points (N, 3) and normals (N, 3)."""
     points, normals = [], []
     for number, solid in enumerate(solids):
-        surface = solid.project_radially(solid.to_parent(_cube() * solid.semi_axes))
+        # Of the middle axis: the long sides of a thin object would have more samples than needed.
+        count = int(2.0 * np.median(solid.semi_axes) / SAMPLE_SPACING)
+        cube = _cube(min(max(count, MIN_GRID), MAX_GRID))
+        surface = solid.project_radially(solid.to_parent(cube * solid.semi_axes))
         outside = np.ones(len(surface), bool)
         for other, part in enumerate(solids):
             if other != number:

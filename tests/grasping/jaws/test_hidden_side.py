@@ -51,7 +51,8 @@ def test_solid_that_would_topple_or_floats_does_not_stand(item, stands):
 
 def test_no_safe_grasp_puts_a_finger_behind_an_object_that_must_be_thicker():
     grasps = plan_grasps(scene_of(slab(35.0)), PANDA, JawOptions(per_object=40, depth_error=0.005))
-    entering = [grasp for grasp in grasps if grasp.terms["behind"] < 0.5]
+    # With at most half of both fingertips in hidden space, the term is at least (1 - 0.8 / 2)².
+    entering = [grasp for grasp in grasps if grasp.terms["behind"] < 0.36]
     assert entering
     assert not any(grasp.safe for grasp in entering)
     assert all(any("hides" in text for text in grasp.forbidden_by) for grasp in entering)
