@@ -163,7 +163,12 @@ def _within(frame: DepthFrame, region: list[float]) -> DepthFrame:
     """Return a frame with the readings in a region only."""
     if len(region) == RECTANGLE:
         low_u, low_v, high_u, high_v = region
-        u, v = np.arange(frame.intrinsics.width), np.arange(frame.intrinsics.height)
+        width, height = frame.intrinsics.width, frame.intrinsics.height
+        if min(low_u, low_v) < 0 or high_u > width or high_v > height:
+            raise InputError(
+                f"--region must lie in the image of {width} x {height} px, got {region}"
+            )
+        u, v = np.arange(width), np.arange(height)
         return frame.without(
             ~(((low_u <= u) & (u < high_u)) & ((low_v <= v) & (v < high_v))[:, None])
         )

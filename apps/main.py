@@ -118,6 +118,7 @@ def _run(arguments: list[str]) -> int:
         help_format="plaintext",
         version=_version,
         config=check_arguments,
+        suppress_keyboard_interrupt=False,
         default_parameter=Parameter(consume_multiple=True, negative_iterable=()),
     )
     groups = {name: App(name=name, help=GROUPS[name]) for name in GROUPS}

@@ -89,11 +89,13 @@ def correct_depth(
     Raises
     ------
     InputError
-        If the pose of the camera is unknown, or the height is not finite or not below the camera.
+        If the pose of the camera is unknown, or the height is no finite number below the camera.
     """
     T_world_camera = frame.T_world_camera
     if T_world_camera is None:
         raise InputError("the correction of the depth needs T_world_camera")
+    if not isinstance(support_height, (int, float, np.number)):
+        raise InputError(f"the support's height must be a number, m, got {support_height!r}")
     true_height = float(T_world_camera.translation[2]) - support_height
     if not np.isfinite(support_height) or true_height < MIN_HEIGHT:
         raise InputError(

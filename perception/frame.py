@@ -7,12 +7,12 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.spatial.transform import RigidTransform
 
 from eyehand.errors import InputError
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
-    from scipy.spatial.transform import RigidTransform
 
 MAX_PLAUSIBLE_DEPTH_M = 100.0
 """Depth cameras measure no farther. A larger median means millimetres given as metres."""
@@ -126,7 +126,7 @@ class DepthFrame:
     InputError
         If depth is not a 2-D float array of the camera's size, contains NaN, infinity or negative
         values, contains no reading, or is so large that it must be in millimetres. If colour has
-        another size or type, or the error of the scale is negative.
+        another size or type, T_world_camera another type, or the error of the scale is negative.
     """
 
     depth: NDArray[np.float32]
@@ -150,6 +150,12 @@ class DepthFrame:
             raise InputError(f"depth must have shape (H, W), got {depth.shape}")
         if not np.issubdtype(depth.dtype, np.floating):
             raise InputError(f"depth must be floating point in metres, got dtype {depth.dtype}")
+        pose = self.T_world_camera
+        if pose is not None and not isinstance(pose, RigidTransform):
+            raise InputError(
+                "T_world_camera must be a RigidTransform, as from RigidTransform.from_matrix; got "
+                f"{type(pose).__name__}"
+            )
         expected = (self.intrinsics.height, self.intrinsics.width)
         if depth.shape != expected:
             raise InputError(

@@ -143,7 +143,16 @@ def perceive(frame: DepthFrame, options: PerceiveOptions | None = None) -> Scene
     Scene
         The scene. All numbers and arrays in it are finite. An object whose fit failed is kept,
         with the reason. Only the properties `spread` and `margin` of a fit can be infinite.
+
+    Raises
+    ------
+    InputError
+        If `frame` is something else.
     """
+    if not isinstance(frame, DepthFrame):
+        raise InputError(
+            f"perceive needs a DepthFrame, as from read_frame; got {type(frame).__name__}"
+        )
     options = options or PerceiveOptions()
     started = time.perf_counter()
     segmentation = segment(frame, options.segmentation)

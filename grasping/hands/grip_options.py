@@ -58,7 +58,7 @@ class GripOptions:
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
             least = 0.0 if name == "lever" else np.finfo(float).tiny
-            if isinstance(value, float) and not least <= value < 1e4:
+            if isinstance(value, (int, float)) and not least <= value < 1e4:
                 raise InputError(f"grip option {name} must lie in (0, 10000), got {value}")
         for prototype, value in self.tension.items():
             if prototype not in get_args(Prototype) or not 0.0 < value < 1e4:

@@ -13,6 +13,8 @@ from eyehand.errors import InputError
 
 SENSES = ("width", "effort", "pad_forces", "tactile")
 """What a gripper can measure: the opening, the motor's force, the force of each pad, images."""
+WIDTH_TOLERANCE = 0.001
+"""Width beyond the stroke that a grasp may have, m."""
 FINGER_SLACK = 0.005
 """Length by which the pad may be wider, or the depth longer than the boxes of the finger, m."""
 PAD_SLACK = 0.002
@@ -266,7 +268,14 @@ class ParallelHand:
         ----------
         T_scene_tcp, width
             Pose and width of a grasp, m.
+
+        Raises
+        ------
+        InputError
+            If the hand does not open so wide.
         """
+        if not 0.0 <= width <= self.stroke + WIDTH_TOLERANCE:
+            raise InputError(f"width must be from 0 to the stroke {self.stroke:g} m, got {width:g}")
         return T_scene_tcp * RigidTransform.from_translation(-self.middle(width))
 
     def link_pose(self, T_scene_tcp: RigidTransform, width: float) -> RigidTransform:
@@ -280,7 +289,8 @@ class ParallelHand:
         Raises
         ------
         InputError
-            If the description does not say where the tool frame is in a link.
+            If the description does not say where the tool frame is in a link, or the hand does not
+            open so wide.
         """
         if self.tool is None:
             raise InputError(

@@ -132,7 +132,7 @@ class GraspList(Sequence[Grasp]):
     grasps: tuple[Grasp, ...] = ()
     """The grasps."""
     reason: str = ""
-    """Why the list is empty."""
+    """Why the list is empty, or why none of its grasps is safe."""
     rejected: Mapping[int, Mapping[str, int]] = field(default_factory=dict)
     """Label of an object → reason → number of its candidates rejected for it."""
     seconds: float = 0.0

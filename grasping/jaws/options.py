@@ -20,7 +20,7 @@ class JawOptions:
     Raises
     ------
     InputError
-        If a number is outside its range.
+        If a number is outside its range, or a value has another type.
     """
 
     friction: float = 0.6
@@ -55,6 +55,11 @@ class JawOptions:
     """Grasps that failed before in this scene. Similar ones rank lower."""
 
     def __post_init__(self) -> None:
+        for name in ("full_opening", "guarded", "inclined"):
+            if not isinstance(getattr(self, name), bool):
+                raise InputError(f"{name} must be True or False, got {getattr(self, name)!r}")
+        if not all(isinstance(grasp, Grasp) for grasp in self.failed):
+            raise InputError(f"failed must hold grasps of plan_grasps, got {self.failed!r}")
         for name, low, high in (
             ("friction", 0.0, MAX_FRICTION),
             ("calibration_error", 0.0, MAX_ERROR),

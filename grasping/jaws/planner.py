@@ -10,7 +10,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.special import expit
 
+from eyehand.errors import InputError
+from eyehand.perception import Scene
+
 from ..fit_uncertainty import width_stds
+from ..hands import ParallelHand
 from .best_first import best_grasps, scene_tests
 from .candidates import Candidates, narrowest_width, solid_candidates
 from .contacts import centred_contacts
@@ -28,9 +32,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from eyehand.perception import Scene, SceneObject
+    from eyehand.perception import SceneObject
 
-    from ..hands import ParallelHand
 
 UNFITTED_TERM, DOUBTFUL_TERM = 0.7, 0.95
 """Terms of an object without a solid, and of one whose solid is doubtful."""
@@ -70,7 +73,17 @@ def plan_grasps(
     -------
     GraspList
         The grasps in the frame of the scene. An empty list is false, and its reason says why.
+
+    Raises
+    ------
+    InputError
+        If `scene` or `hand` is something else.
     """
+    if not isinstance(scene, Scene) or not isinstance(hand, ParallelHand):
+        raise InputError(
+            "plan_grasps needs a Scene, as from perceive, and a ParallelHand, as from load_hand; "
+            f"got {type(scene).__name__} and {type(hand).__name__}"
+        )
     started = time.perf_counter()
     options = options or JawOptions()
     options = replace(options, depth_error=min(options.depth_error, scene.scale_error))
@@ -101,7 +114,11 @@ def plan_grasps(
     if not grasps:
         return _empty(scene, rejected, started)
     counts = {label: dict(reasons) for label, reasons in rejected.items()}
-    return GraspList(tuple(grasps), "", counts, time.perf_counter() - started)
+    reason = ""
+    if not any(grasp.safe for grasp in grasps):
+        forbidding = Counter(grasp.forbidden_by[0] for grasp in grasps)
+        reason = f"no grasp is safe: {_listed(forbidding)}"
+    return GraspList(tuple(grasps), reason, counts, time.perf_counter() - started)
 
 
 def _contact_candidates(
@@ -197,8 +214,13 @@ def _empty(scene: Scene, rejected: dict[int, Counter[str]], started: float) -> G
         most = Counter[str]()
         for reasons in rejected.values():
             most.update(reasons)
-        common = ", ".join(
-            name if n == 1 else f"{name} ({n} candidates)" for name, n in most.most_common(3) if n
-        )
+        common = _listed(most, " candidates")
         reason = f"no grasp is possible: {common}" if common else "no grasp is possible"
     return GraspList((), reason, counts, time.perf_counter() - started)
+
+
+def _listed(reasons: Counter[str], unit: str = "") -> str:
+    """Return the three most frequent reasons with their numbers."""
+    return ", ".join(
+        name if n == 1 else f"{name} ({n}{unit})" for name, n in reasons.most_common(3) if n
+    )

@@ -210,9 +210,11 @@ def _recording_file(path: Path) -> Path:
     if not path.is_dir():
         return path
     files = [str(file) for file in path.glob(f"*{SUFFIX}")]
-    if len(files) != 1:
+    if not files:
+        raise InputError(f"{path} is a folder without a recording (*{SUFFIX}): name a file")
+    if len(files) > 1:
         raise InputError(
-            f"{path}: the folder has {len(files)} recordings (*{SUFFIX}), name a file: "
+            f"{path}: the folder has {len(files)} recordings (*{SUFFIX}), name one: "
             f"{_listed(files)}"
         )
     return Path(files[0])

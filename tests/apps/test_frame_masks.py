@@ -181,6 +181,7 @@ def test_given_camera_pose_replaces_that_of_the_file():
         ({"region": [1.0, 2.0, 3.0]}, "--region needs 4 numbers u0 v0 u1 v1"),
         ({"region": [1.0, 2.0, 1.0, 9.0]}, "lower corner before the upper one"),
         ({"region": [0.0, 0.0, 2.0, 2.0]}, "the masks leave no reading"),
+        ({"region": [0.0, 0.0, 10.0, 5000.0]}, "must lie in the image of"),
         ({"camera_pose": [0.0] * 6}, "x y z qw qx qy qz, got 6"),
         ({"camera_pose": [0.0] * 7}, "--camera-pose.quat_wxyz has length 0, expected 1: got"),
         ({"camera_pose": [0.0] * 6 + [np.nan]}, "x y z qw qx qy qz, got 7: .*nan"),

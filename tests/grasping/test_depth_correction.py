@@ -76,6 +76,8 @@ def test_input_is_checked():
     frame = table_frame()
     with pytest.raises(InputError, match="T_world_camera"):
         correct_depth(replace(frame, T_world_camera=None), 0.0)
+    with pytest.raises(InputError, match="must be a number, m, got '0'"):
+        correct_depth(frame, "0")  # pyright: ignore[reportArgumentType]
     with pytest.raises(InputError, match=r"at least 0.05 m below the camera at .* got 2.0 m"):
         correct_depth(frame, 2.0)
 

@@ -100,7 +100,16 @@ def test_walls_surround_floor():
     assert parts["tray floor"].pose.translation[2] == pytest.approx(0.01 - 0.003)
 
 
-@pytest.mark.parametrize("wrong", [{"size": (0.0, 0.3)}, {"wall_height": -1.0}])
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"size": (0.0, 0.3)},
+        {"wall_height": -1.0},
+        {"size": (250.0, 300.0)},
+        {"centre": np.array([np.nan, 0.0, 0.0])},
+        {"centre": np.zeros(2)},
+    ],
+)
 def test_invalid_trays_are_rejected(wrong):
     given = {"centre": np.zeros(3), "size": (0.2, 0.3), "wall_height": 0.05} | wrong
     with pytest.raises(InputError):

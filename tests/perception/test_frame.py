@@ -57,6 +57,11 @@ def test_invalid_depth_is_rejected(depth, message):
         DepthFrame(depth, CAMERA)
 
 
+def test_pose_of_another_type_is_rejected():
+    with pytest.raises(InputError, match=r"must be a RigidTransform, .* got ndarray"):
+        DepthFrame(flat_depth(), CAMERA, np.eye(4))  # pyright: ignore[reportArgumentType]
+
+
 def test_colour_of_other_size_is_rejected():
     with pytest.raises(InputError, match="colour"):
         DepthFrame(flat_depth(), CAMERA, colour=np.zeros((10, 10, 3), np.uint8))

@@ -206,6 +206,12 @@ def test_link_pose_puts_the_open_pads_around_the_object_if_one_jaw_moves():
     np.testing.assert_allclose(hand.closed_pose(T_scene_tcp, 0.0).translation, [0.3, 0.1, 0.2])
 
 
+@pytest.mark.parametrize("width", [80.0, -0.01, np.nan])
+def test_link_pose_refuses_a_width_that_the_hand_does_not_have(width):
+    with pytest.raises(InputError, match=r"width must be from 0 to the stroke 0\.08 m, got"):
+        load_hand("panda").link_pose(RigidTransform.identity(), width)
+
+
 def test_link_pose_needs_the_tool_frame():
     with pytest.raises(InputError, match="hande has no `tool`: add the body"):
         load_hand("hande").link_pose(RigidTransform.identity(), 0.05)

@@ -249,6 +249,7 @@ def test_guarded_arm_goes_deeper_only_with_an_unknown_depth_scale():
 def test_object_at_the_limit_of_the_stroke_is_not_safe():
     grasps = plan_grasps(scene_of(box((0.0765, 0.2, 0.05))), PANDA)
     assert all(not grasp.safe and grasp.forbidden_by for grasp in grasps)
+    assert grasps.reason.startswith("no grasp is safe: ")
 
 
 def test_wider_jaw_grips_wider_objects():
@@ -265,6 +266,15 @@ def test_options_are_checked():
         JawOptions(approaches=3)
     with pytest.raises(InputError, match="tested must be from 1 to 100000, got 0"):
         JawOptions(tested=0)
+    with pytest.raises(InputError, match="guarded must be True or False, got 'no'"):
+        JawOptions(guarded="no")  # pyright: ignore[reportArgumentType]
+    with pytest.raises(InputError, match="failed must hold grasps of plan_grasps"):
+        JawOptions(failed=(1,))  # pyright: ignore[reportArgumentType]
+
+
+def test_name_in_place_of_the_hand_is_refused():
+    with pytest.raises(InputError, match="as from load_hand; got Scene and str"):
+        plan_grasps(scene_of(), "panda")  # pyright: ignore[reportArgumentType]
 
 
 def test_fewer_tested_candidates_find_at_most_as_good_a_grasp():

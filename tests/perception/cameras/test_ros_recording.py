@@ -141,12 +141,12 @@ def test_pose_over_other_frames(tmp_path, depth, slash):
 
 def test_folder_of_a_recorder_is_read_if_it_holds_one_file(tmp_path, depth):
     (tmp_path / "metadata.yaml").write_text("rosbag2_bagfile_information:\n")
-    with pytest.raises(InputError, match="the folder has 0 recordings"):
+    with pytest.raises(InputError, match="is a folder without a recording"):
         RosRecording(tmp_path)
     write(tmp_path / "bag_0.mcap", [("Image", image(depth, "32FC1"))], info=camera_info())
     np.testing.assert_array_equal(only_frame(tmp_path).depth, depth)
     write(tmp_path / "bag_1.mcap", [("Image", image(depth, "32FC1"))], info=camera_info())
-    with pytest.raises(InputError, match=r"name a file: .*bag_0\.mcap, .*bag_1\.mcap"):
+    with pytest.raises(InputError, match=r"name one: .*bag_0\.mcap, .*bag_1\.mcap"):
         RosRecording(tmp_path)
 
 
