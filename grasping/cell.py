@@ -98,6 +98,8 @@ class Cell:
         """What was put into the tray."""
         self.scene: Scene | None = None
         """Last perceived scene."""
+        self.frame: DepthFrame | None = None
+        """Its depth image, without the readings of the robot."""
         self.image_checksum: int | None = None
         """Checksum of the last captured depth image."""
         self.plan: GraspPlan | None = None

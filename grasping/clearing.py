@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, TypeAlias
 from eyehand.control import CollisionWorld, PlannedApproach
 from eyehand.control.tasks import Posture
 
+from .depth_change import DepthChange
 from .failed_grasps import FailedGrasps
 from .grasp_phases import NARROW
 from .grasp_selection import GraspSelection, select_grasp
@@ -23,7 +24,7 @@ from .report import CLEAR, NOT_TRIED, NOTHING_GRASPABLE, ClearReport, PickReport
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from eyehand.perception import Scene
+    from eyehand.perception import DepthFrame, Scene
 
     from .cell import Cell
     from .pick_state import SelectedGrasp
@@ -104,6 +105,8 @@ class _Clearing:
     """Last valid scene."""
     grasp: SelectedGrasp | None = None
     """Grasp of the last pick."""
+    frame: DepthFrame | None = None
+    """Depth image of the scene before this pick."""
     checksum: int | None = None
     """Checksum of the last depth image before this pick."""
     selection: GraspSelection = field(default_factory=lambda: GraspSelection(None, ()))
@@ -176,15 +179,19 @@ def _verify(run: _Clearing) -> Step:
     if run.grasp is not None:
         assert run.scene is not None, "the scene is valid"
         believed = run.picks[-1]
-        report = verify_pick(believed, run.grasp, run.scene, run.cell.tray)
+        before, after = run.frame, run.cell.frame
+        change = (
+            DepthChange(before, run.grasp.scene, after, run.scene) if before and after else None
+        )
+        report = verify_pick(believed, run.grasp, run.scene, run.cell.tray, change)
         same = run.cell.image_checksum == run.checksum and REPEATED not in report.reason
         if same and report.outcome in ("empty_close", "no_contact"):
             report = replace(report, reason=f"{report.reason}; {REPEATED}")
         run.picks[-1] = report
-        before = len(run.grasp.scene.objects)
-        if len(run.scene.objects) > before:
+        count = len(run.grasp.scene.objects)
+        if len(run.scene.objects) > count:
             run.missing = ""
-        elif not report and len(run.scene.objects) < before:
+        elif not report and report.outcome != "wrong_object" and len(run.scene.objects) < count:
             run.missing = f"object {run.grasp.target.label} was not seen again: {report.outcome}"
         if believed and not report:
             run.add_failed_grasp()
@@ -224,7 +231,7 @@ def _pick(run: _Clearing) -> Step:
     if run.on_pick is not None:
         run.on_pick(grasp, None)
     run.perceive_ms = run.plan_ms = 0.0
-    run.checksum = run.cell.image_checksum
+    run.checksum, run.frame = run.cell.image_checksum, run.cell.frame
     report = pick_object(run.cell, grasp)
     run.picks.append(report)
     if not report:

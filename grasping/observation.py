@@ -49,6 +49,7 @@ def observe(cell: Cell) -> tuple[Scene | None, float, str]:
     """
     cell.enter("observe")
     frames: list[DepthFrame] = []
+    frame: DepthFrame | None = None
     spent, problem = 0.0, ""
     for count in (1, MAX_FRAMES - 1):
         began = time.perf_counter()
@@ -63,7 +64,7 @@ def observe(cell: Cell) -> tuple[Scene | None, float, str]:
             scene, problem = None, f"no valid depth image: {error}"
         spent += 1e3 * (time.perf_counter() - began)
         if scene is not None and not problem:
-            cell.scene = scene
+            cell.scene, cell.frame = scene, frame
             return scene, spent, ""
     return None, spent, problem
 

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
 
     from eyehand.perception import Scene, SceneObject, Superquadric, SuperquadricFit
 
+    from .depth_change import DepthChange
     from .pick_state import SelectedGrasp
     from .report import PickReport
     from .tray import Tray
@@ -25,14 +26,33 @@ of the two counts."""
 BESIDE_TRAY_DISTANCE = 0.1
 """Distance from the tray up to which an object counts as fallen beside it, m."""
 
+MIN_REMAINING, MAX_REMAINING = 0.5, 0.2
+"""Minimum share of the surface of an object that is still at its place, and maximum share of one
+that left it. The share is above 0.93 at rest, and below 0.09 after a pick."""
+UNTOUCHED = 0.8
+"""Minimum share of the planned object where nothing else left its place. A segment of two objects
+keeps a part of its surface when one of them is picked."""
+MIN_APPEARED = 0.5
+"""Minimum share of an object's surface at formerly free places by which it came to its place. It is
+below 0.1 at rest."""
 
-def verify_pick(report: PickReport, grasp: SelectedGrasp, scene: Scene, tray: Tray) -> PickReport:
+
+def verify_pick(
+    report: PickReport,
+    grasp: SelectedGrasp,
+    scene: Scene,
+    tray: Tray,
+    change: DepthChange | None = None,
+) -> PickReport:
     """Correct the outcome of a pick by the scene perceived after it.
 
     Touch can be wrong: fingers that press on each other feel the same force as a held object.
     Therefore a placed object must have disappeared from its place. The distance of fingertips at
     the release shows that they held something. Only after a power grasp, whose fingertips may meet,
     an object of the same size elsewhere is taken for the placed one.
+
+    The depth images show more: which surfaces are still there, and which are new. They detect
+    another object in the hand, and an object that fell, also if the number of objects changed.
 
     Parameters
     ----------
@@ -44,6 +64,8 @@ def verify_pick(report: PickReport, grasp: SelectedGrasp, scene: Scene, tray: Tr
         The scene after the pick, without the objects in the tray.
     tray
         The tray that the object was put into.
+    change
+        The depth images before and after the pick. None without images.
 
     Returns
     -------
@@ -56,17 +78,50 @@ def verify_pick(report: PickReport, grasp: SelectedGrasp, scene: Scene, tray: Tr
             reason = f"{report.reason}; the object is no longer at its place"
             return replace(report, outcome="moved_away", reason=reason)
         return report
+    if report and change is not None:
+        report = _verify_surfaces(report, grasp, scene, tray, change)
     found = _find_again(grasp, scene) if report else None
     if found is None:
         return report
     if _distance(found, place) < SAME_OBJECT_DISTANCE:
-        reason = "the hand held nothing: the object is still at its place"
-        return replace(report, outcome="empty_close", reason=reason)
+        return _still_at_place(report)
     if tray.distance(_centre(found)) < BESIDE_TRAY_DISTANCE:
         return replace(report, outcome="place_failed", reason="the object lies beside the tray")
     if grasp.plan.prototype != "power":
         return report
     return replace(report, outcome="lost", reason="the object lies elsewhere on the table")
+
+
+def _verify_surfaces(
+    report: PickReport, grasp: SelectedGrasp, scene: Scene, tray: Tray, change: DepthChange
+) -> PickReport:
+    """Correct the outcome of a placed object by the surfaces that left and the new ones."""
+    stay = change.remaining(grasp.target.points)
+    if stay is None:
+        return report
+    neighbours = [item for item in grasp.scene.objects if item is not grasp.target]
+    others = [change.remaining(item.points) for item in neighbours]
+    new = [item for item in scene.objects if (change.appeared(item.points) or 0.0) >= MIN_APPEARED]
+    if stay >= MIN_REMAINING:
+        left = sum(share is not None and share <= MAX_REMAINING for share in others)
+        if left > len(new):
+            reason = "the object is still at its place, and another one is gone"
+            return replace(report, outcome="wrong_object", reason=reason)
+        return _still_at_place(report) if stay >= UNTOUCHED else report
+    if any(share is None or share < MIN_REMAINING for share in others):
+        # A neighbour moved, or is hidden: a new surface may be that of the neighbour.
+        return report
+    if any(tray.distance(_centre(item)) < BESIDE_TRAY_DISTANCE for item in new):
+        return replace(report, outcome="place_failed", reason="the object lies beside the tray")
+    # A new surface of another size may be an object that the picked one had hidden.
+    if any(have_same_size(item, grasp.target) for item in new):
+        return replace(report, outcome="lost", reason="the object lies elsewhere on the table")
+    return report
+
+
+def _still_at_place(report: PickReport) -> PickReport:
+    reason = "the hand held nothing: the object is still at its place"
+    return replace(report, outcome="empty_close", reason=reason)
 
 
 def _find_again(grasp: SelectedGrasp, scene: Scene) -> SceneObject | None:

@@ -40,6 +40,7 @@ PickOutcome = Literal[
     "lost",
     "moved_away",
     "place_failed",
+    "wrong_object",
     "fault",
 ]
 """Outcome of a pick.
@@ -56,6 +57,7 @@ PickOutcome = Literal[
 - lost: the object slipped out after the lift.
 - moved_away: the object is no longer where it was perceived.
 - place_failed: the object could not be put into the tray.
+- wrong_object: the object is still at its place, and another one is gone.
 - fault: the robot stopped itself.
 """
 

@@ -35,6 +35,7 @@ OUTCOME_MEANINGS = {
     "lost": "slipped out after the lift",
     "moved_away": "no longer where it was perceived",
     "place_failed": "could not be put into the tray",
+    "wrong_object": "another object was picked",
     "misplaced": "reported as placed, but not in the tray",
     "fault": "robot or program stopped",
     "unseen": "on the table, but not perceived",
