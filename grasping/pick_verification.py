@@ -35,7 +35,7 @@ UNTOUCHED = 0.8
 keeps a part of its surface when one of them is picked."""
 MIN_APPEARED = 0.5
 """Minimum share of an object's surface at formerly free places by which it came to its place. It is
-below 0.1 at rest."""
+about 0.1 at most at rest."""
 
 
 def verify_pick(

@@ -137,7 +137,9 @@ def test_slow_gripper_closes_until_it_holds_or_is_named(speed):
     report = clear(Faults(gripper_speed=speed))
 
     if speed > 0.005:
-        assert report.picks[0].outcome == "placed", report
+        # Object and hand rise together. The object falls later, and only the next image shows it.
+        assert all(phase.outcome == "done" for phase in report.picks[0].phases), report
+        assert report.picks[0].outcome == "lost", report
     else:
         assert report.picks[0].outcome == "hand_stalled", report
         assert "the hand stopped at 7" in report.picks[0].reason
