@@ -33,9 +33,10 @@ ones, but 0.37 for a segment of two objects."""
 UNTOUCHED = 0.8
 """Minimum share of the planned object where nothing else left its place. A segment of two objects
 keeps a part of its surface when one of them is picked."""
-MIN_APPEARED = 0.5
-"""Minimum share of an object's surface at formerly free places by which it came to its place. It is
-about 0.1 at most at rest."""
+MIN_APPEARED, MIN_SHIFTED = 0.5, 0.2
+"""Minimum share of an object's surface at formerly free places by which it is new, and by which one
+of the picked object's size is that object. It may overlap its former place. The share is about 0.1
+at most at rest."""
 
 
 def verify_pick(
@@ -102,7 +103,8 @@ def _verify_surfaces(
         return report
     neighbours = [item for item in grasp.scene.objects if item is not grasp.target]
     others = [change.remaining(item.points) for item in neighbours]
-    new = [item for item in scene.objects if (change.appeared(item.points) or 0.0) >= MIN_APPEARED]
+    came = [(change.appeared(item.points) or 0.0, item) for item in scene.objects]
+    new = [item for share, item in came if share >= MIN_APPEARED]
     if stay >= MIN_REMAINING:
         left = sum(share is not None and share <= MAX_REMAINING for share in others)
         if left > len(new):
@@ -115,7 +117,7 @@ def _verify_surfaces(
     if any(tray.distance(_centre(item)) < BESIDE_TRAY_DISTANCE for item in new):
         return replace(report, outcome="place_failed", reason="the object lies beside the tray")
     # A new surface of another size may be an object that the picked one had hidden.
-    if any(have_same_size(item, grasp.target) for item in new):
+    if any(share >= MIN_SHIFTED and have_same_size(item, grasp.target) for share, item in came):
         return replace(report, outcome="lost", reason="the object lies elsewhere on the table")
     return report
 
