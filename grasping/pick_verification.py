@@ -28,8 +28,8 @@ BESIDE_TRAY_DISTANCE = 0.1
 
 MIN_REMAINING, MAX_REMAINING = 0.5, 0.2
 """Minimum share of the surface of an object that is still at its place, and maximum share of one
-that left it. The share is above 0.8 for 99 % of the objects at rest. It is below 0.09 for picked
-ones, but 0.37 for a segment of two objects."""
+that left it. The share is above 0.8 for 98 % of the objects at rest. It is at most 0.37 for picked
+ones."""
 UNTOUCHED = 0.8
 """Minimum share of the planned object where nothing else left its place. A segment of two objects
 keeps a part of its surface when one of them is picked."""
