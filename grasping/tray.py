@@ -11,10 +11,6 @@ from scipy.spatial.transform import RigidTransform
 from eyehand.control import Box, Obstacle
 from eyehand.errors import InputError
 
-MAX_SIZE, MAX_DISTANCE = 3.0, 20.0
-"""Maximum size of a tray, and distance of its centre from the origin along each axis, m. Larger
-numbers are in mm."""
-
 
 @dataclass(frozen=True)
 class Tray:
@@ -23,7 +19,7 @@ class Tray:
     Raises
     ------
     InputError
-        If an extent or the centre is out of range.
+        If an extent is not positive, or the centre is not finite.
     """
 
     centre: NDArray[np.float64]
@@ -37,15 +33,13 @@ class Tray:
 
     def __post_init__(self) -> None:
         sizes = (*self.size, self.wall_height, self.wall_thickness)
-        if not all(0.0 < size <= MAX_SIZE for size in sizes):
+        if not all(0.0 < size < np.inf for size in sizes):
             raise InputError(
-                "a tray's size, wall_height and wall_thickness must be above 0 and at most "
-                f"{MAX_SIZE:g} m, got {self.size}, {self.wall_height}, {self.wall_thickness}"
+                "a tray's size, wall_height and wall_thickness must be > 0 m, got "
+                f"{self.size}, {self.wall_height}, {self.wall_thickness}"
             )
-        if np.shape(self.centre) != (3,) or not np.all(np.abs(self.centre) <= MAX_DISTANCE):
-            raise InputError(
-                f"a tray's centre must be 3 numbers within {MAX_DISTANCE:g} m, got {self.centre}"
-            )
+        if np.shape(self.centre) != (3,) or not np.all(np.isfinite(self.centre)):
+            raise InputError(f"a tray's centre must be 3 finite numbers, m, got {self.centre}")
 
     def contains(self, point: NDArray[np.float64], margin: float = 0.0) -> bool:
         """Return whether a point (3,), world, m, is above the tray's floor in plan view.

@@ -105,7 +105,7 @@ def test_walls_surround_floor():
     [
         {"size": (0.0, 0.3)},
         {"wall_height": -1.0},
-        {"size": (250.0, 300.0)},
+        {"size": (np.inf, 0.3)},
         {"centre": np.array([np.nan, 0.0, 0.0])},
         {"centre": np.zeros(2)},
     ],
