@@ -150,9 +150,7 @@ def perceive(frame: DepthFrame, options: PerceiveOptions | None = None) -> Scene
         If `frame` is something else.
     """
     if not isinstance(frame, DepthFrame):
-        raise InputError(
-            f"perceive needs a DepthFrame, as from read_frame; got {type(frame).__name__}"
-        )
+        raise InputError(f"perceive needs a DepthFrame, as from read_frame; got {type(frame)}")
     options = options or PerceiveOptions()
     started = time.perf_counter()
     segmentation = segment(frame, options.segmentation)

@@ -49,40 +49,38 @@ def sunk_depths(
     hand
         The hand.
     """
+    fixed = hand.fixed_boxes()
+    boxes = np.array([np.concatenate([hand.jaw_boxes(width), fixed]) for width in opening])
+    if len(boxes):
+        boxes[:, :, 0, 2] -= APPROACH
     return _sunk_depths(
-        candidates.rotation,
-        candidates.tip,
-        0.5 * opening,
-        candidates.object,
+        (candidates.rotation, candidates.tip, candidates.object),
+        boxes,
         blocks.points,
         (blocks.blocks.start, blocks.blocks.centre, blocks.blocks.radius),
-        blocks.groups.start,
-        blocks.label,
-        _reaching_back(np.array([[box.low, box.high] for box in hand.finger_boxes])),
-        _reaching_back(hand.fixed_boxes()),
+        (blocks.groups.start, blocks.label),
     )
 
 
-def _reaching_back(boxes: NDArray[np.float64]) -> NDArray[np.float64]:
-    boxes[:, 0, 2] -= APPROACH
-    return boxes
-
-
 @njit(cache=True)
-def _sunk_depths(rotation, tip, half, owner, points, blocks, groups, label, finger, fixed):
-    """Return the depths (n, 2) of candidates; the arguments are those of `kernels.clearances`."""
+def _sunk_depths(candidates, boxes, points, blocks, groups):
+    """Return the depths (n, 2) of candidates: their rotation, tip and object.
+
+    `boxes` (n, B, 2, 3) are those of the hand in the tool frame, `blocks` start, centre and radius
+    of the blocks of points, and `groups` start and label of the groups of blocks.
+    """
+    rotation, tip, owner = candidates
+    group_start, label = groups
     start, centre, radius = blocks
     out = np.zeros((len(tip), 2))
     ways = np.empty((WAYS, NOISE_POINTS + 1))
-    boxes = np.empty((2 * len(finger) + len(fixed), 2, 3))
     for i in range(len(tip)):
-        _place_boxes(boxes, finger, fixed, half[i])
         for group in range(len(label)):
             side = 0 if label[group] == owner[i] else 1
-            for box in boxes:
+            for box in boxes[i]:
                 ways[:] = 0.0
                 count = 0
-                for block in range(groups[group], groups[group + 1]):
+                for block in range(group_start[group], group_start[group + 1]):
                     at = to_tool(rotation[i], tip[i], centre[block])
                     if _outside(at, box, radius[block]):
                         continue
@@ -94,18 +92,6 @@ def _sunk_depths(rotation, tip, half, owner, points, blocks, groups, label, fing
                 rank = min(max(count // NOISE_SHARE, 1), NOISE_POINTS)
                 out[i, side] = max(out[i, side], ways[:, rank].min())
     return out
-
-
-@njit(cache=True)
-def _place_boxes(boxes, finger, fixed, half):
-    """Write the boxes of both fingers and the others in the tool frame into `boxes`."""
-    n = len(finger)
-    for b in range(n):
-        boxes[b] = finger[b]
-        boxes[b, :, 0] += half
-        boxes[n + b] = boxes[b]
-        boxes[n + b, 0, 0], boxes[n + b, 1, 0] = -boxes[b, 1, 0], -boxes[b, 0, 0]
-    boxes[2 * n :] = fixed
 
 
 @njit(cache=True)
