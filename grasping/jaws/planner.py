@@ -35,8 +35,8 @@ if TYPE_CHECKING:
     from eyehand.perception import SceneObject
 
 
-UNFITTED_TERM, DOUBTFUL_TERM = 0.7, 0.95
-"""Terms of an object without a solid, and of one whose solid is doubtful."""
+REJECTED_TERM, DOUBTFUL_TERM = 0.6, 0.95
+"""Terms of an object whose solid the fit rejected, and of one whose solid is doubtful."""
 BUMP_SIGMAS, BUMP_SCALE = 11.0, 2.0
 """Height of an object in standard deviations of the support at which it is as likely a bump of the
 noise, and the width of the transition. Noise in blotches makes bumps of 8."""
@@ -164,7 +164,7 @@ def _contact_candidates(
     )
     overhang = overhang_term(contact, found.rotation[:, :, 0], up, options)
     terms["overhang"] = np.ones(len(found)) if item.rests_on else overhang
-    shape = UNFITTED_TERM if not surface.fitted else DOUBTFUL_TERM if item.doubtful else 1.0
+    shape = REJECTED_TERM if not item.fit else DOUBTFUL_TERM if item.doubtful else 1.0
     terms["object"] = np.full(len(found), shape)
     terms["existence"] = np.full(len(found), existence)
     opening, unknown = np.full(len(found), hand.stroke), np.zeros((len(found), 2))

@@ -94,7 +94,7 @@ def _forbidden(
     if scored.terms["width"][index] < SAFE_WIDTH or width > hand.stroke - SAFE_ROOM:
         stroke = f"{1e3 * hand.stroke:.0f} mm"
         found.append(f"{1e3 * width:.0f} mm wide, may not fit the stroke of {stroke}")
-    if not surface.fitted:
+    if surface.boxed:
         found.append("no solid was fitted")
     if scored.hidden[index].max() > SAFE_HIDDEN:
         own = scored.terms["behind"][index] < 1.0

@@ -74,8 +74,8 @@ class ObjectSurface:
     """Estimated centre of mass, (3,), m."""
     volume: float
     """Volume of the solids, m³."""
-    fitted: bool
-    """Whether the solids are those of a fit. Otherwise a box encloses the points."""
+    boxed: bool
+    """Whether a box around the points stands in for the solids, because the fit found none."""
     stands: bool = True
     """Whether the object would not topple if it were its solids, or something else holds it. An
     object that stands although its solids would topple continues behind its visible side."""
@@ -94,8 +94,8 @@ def object_surface(item: SceneObject, scene: Scene) -> ObjectSurface | None:
     measured = _averaged(item.points)
     fit = item.fit
     solids = fit.parts or ((fit.superquadric,) if fit.superquadric is not None else ())
-    fitted = bool(fit) and len(solids) > 0
-    if not fitted:
+    boxed = not solids
+    if boxed:
         box = _enclosing_box(item.points, _up(scene), scene)
         if box is None:
             return None
@@ -121,7 +121,7 @@ def object_surface(item: SceneObject, scene: Scene) -> ObjectSurface | None:
         solids=tuple(solids),
         centre=centre,
         volume=float(volumes.sum()),
-        fitted=fitted,
+        boxed=boxed,
         stands=_stands(blocks.points, centre, item, scene.support),
         vessel=fit.vessel,
     )

@@ -9,6 +9,7 @@ from jaw_scenes import EYE, box, can, scene_of
 
 from eyehand.grasping import JawOptions, load_hand, plan_grasps
 from eyehand.perception import SceneWarning
+from eyehand.perception.superquadric import SuperquadricFit
 
 PANDA = load_hand("panda")
 
@@ -49,6 +50,24 @@ def test_heavy_and_unsupported_objects_are_not_safe():
     assert all(any("may weigh" in text for text in grasp.forbidden_by) for grasp in grasps)
     loose = replace(large, support=None, objects=(box((0.05, 0.05, 0.05)),))
     assert all("no support was found" in g.forbidden_by for g in plan_grasps(loose, PANDA))
+
+
+def test_rejected_solid_is_grasped_with_less_confidence():
+    """Such a solid covers space that the view shows to be empty, but is mostly right."""
+    scene = scene_of(box((0.04, 0.05, 0.08)))
+    item = scene.objects[0]
+    fit = replace(item.fit, converged=False, reason="20 % of the solid lies in empty space")
+    doubtful = plan_grasps(replace(scene, objects=(replace(item, fit=fit),)), PANDA)
+    certain = plan_grasps(scene, PANDA)
+    assert doubtful[0].safe and doubtful[0].success < certain[0].success
+    assert doubtful[0].object_width == pytest.approx(certain[0].object_width)
+
+
+def test_object_without_any_solid_is_not_safe():
+    scene = scene_of(box((0.04, 0.05, 0.08)))
+    item = replace(scene.objects[0], fit=SuperquadricFit.rejected("too little was seen"))
+    grasps = plan_grasps(replace(scene, objects=(item,)), PANDA)
+    assert grasps and all("no solid was fitted" in one.forbidden_by for one in grasps)
 
 
 def test_object_that_may_be_several_is_named_so():
