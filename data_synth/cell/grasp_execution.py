@@ -19,8 +19,8 @@ RETREAT = 0.1
 """Distance that the hand moves away with the object, m."""
 SPEED, STEP = 0.1, 0.002
 """Speed of the hand, m/s, and length of a step between two checks for contacts, m."""
-CLOSING_TIME = 0.5
-"""Time of closing, s."""
+MIN_CLOSING_TIME, GRIP_TIME = 0.5, 0.1
+"""Minimum time of closing, s, and time that is left when the jaws would be closed, s."""
 CLOSING_SPEED = 0.2
 """Speed of both pads together while they close, m/s."""
 MIN_WIDTH_SHARE = 0.1
@@ -126,7 +126,7 @@ def _move(
 
 def _close(world: ClutterWorld, position: NDArray[np.float64], opening: float) -> None:
     """Close the fingers, and wait."""
-    steps = round(CLOSING_TIME / 0.01)
+    steps = round(max(MIN_CLOSING_TIME, opening / CLOSING_SPEED + GRIP_TIME) / 0.01)
     for k in range(steps):
         world.command(position, max(opening - CLOSING_SPEED * 0.01 * (k + 1), 0.0))
         world.step(0.01)

@@ -8,7 +8,7 @@ from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.data_synth.cell import ClutterWorld, camera_pose, execute_grasp, make_clutter
 from eyehand.data_synth.scenes import PieceObject
-from eyehand.grasping import load_hand
+from eyehand.grasping import generic_jaw, load_hand
 
 CORNERS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
 FACES = np.array(
@@ -25,8 +25,8 @@ def block(x, y, z, mass=0.1) -> PieceObject:
     return PieceObject("block", corners, FACES, (corners,), mass)
 
 
-def world_with(item: PieceObject, **more) -> ClutterWorld:
-    world = ClutterWorld([item], load_hand("panda"), force=20.0, **more)
+def world_with(item: PieceObject, hand=None) -> ClutterWorld:
+    world = ClutterWorld([item], hand or load_hand("panda"), force=20.0)
     height = 0.5 * float(np.ptp(item.vertices[:, 2]))
     world.place(0, RigidTransform.from_translation([0.0, 0.0, height + 1e-4]))
     world.rest_and_remove()
@@ -42,6 +42,13 @@ def test_block_is_lifted_and_removed():
     assert course.closed_width == pytest.approx(0.05, abs=1e-3)
     assert course.stopped_by is None
     assert world.count == 0
+
+
+def test_wide_hand_closes_on_a_thin_block():
+    world = world_with(block(0.02, 0.05, 0.08), generic_jaw(stroke=0.16, finger_depth=0.06))
+    course = execute_grasp(world, RigidTransform.from_components([0.0, 0.0, 0.05], DOWN))
+    assert course.closed_width == pytest.approx(0.02, abs=1e-3)
+    assert course.success
 
 
 def test_hand_beside_the_block_closes_on_nothing():
