@@ -23,7 +23,7 @@ from .grasp import GraspList
 from .options import JawOptions
 from .rim import rim_candidates
 from .scored import ScoredCandidates, join_scored
-from .scoring import contact_terms, overhang_term
+from .scoring import DOUBTFUL_TERM, contact_terms, overhang_term, rejected_terms
 from .selection import MIN_PROBABILITY, ranked_grasps, up_direction
 from .surface_model import ObjectSurface, object_surface
 
@@ -35,8 +35,6 @@ if TYPE_CHECKING:
     from eyehand.perception import SceneObject
 
 
-REJECTED_TERM, DOUBTFUL_TERM = 0.6, 0.95
-"""Terms of an object whose solid the fit rejected, and of one whose solid is doubtful."""
 BUMP_SIGMAS, BUMP_SCALE = 11.0, 2.0
 """Height of an object in standard deviations of the support at which it is as likely a bump of the
 noise, and the width of the transition. Noise in blotches makes bumps of 8."""
@@ -164,8 +162,7 @@ def _contact_candidates(
     )
     overhang = overhang_term(contact, found.rotation[:, :, 0], up, options)
     terms["overhang"] = np.ones(len(found)) if item.rests_on else overhang
-    shape = REJECTED_TERM if not item.fit else DOUBTFUL_TERM if item.doubtful else 1.0
-    terms["object"] = np.full(len(found), shape)
+    terms["object"] = np.full(len(found), DOUBTFUL_TERM if item.doubtful else 1.0)
     terms["existence"] = np.full(len(found), existence)
     opening, unknown = np.full(len(found), hand.stroke), np.zeros((len(found), 2))
     scored = ScoredCandidates(found, contact, opening, terms, unknown, unknown, unknown[:, 0])
@@ -176,7 +173,12 @@ def _contact_candidates(
     terms["depth_error"] = sideways_term(found, contact.width, scene.view_origin, hand, options)
     order = np.argsort(-scored.total, kind="stable")[: options.tested]
     order = order[total[order] > MIN_PROBABILITY]
-    return scored.take(order) if len(order) else None
+    if not len(order):
+        return None
+    scored = scored.take(order)
+    if not surface.accepted:
+        scored.terms["object"] = rejected_terms(scored, surface, hand)
+    return scored
 
 
 def _existence(item: SceneObject, scene: Scene) -> float:

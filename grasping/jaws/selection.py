@@ -8,7 +8,7 @@ import numpy as np
 from scipy.spatial.transform import RigidTransform
 
 from .grasp import Grasp
-from .scoring import GRAVITY, success_probability
+from .scoring import BRIDGED_TERM, GRAVITY, success_probability
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Sequence
@@ -96,6 +96,8 @@ def _forbidden(
         found.append(f"{1e3 * width:.0f} mm wide, may not fit the stroke of {stroke}")
     if surface.boxed:
         found.append("no solid was fitted")
+    elif scored.terms["object"][index] <= BRIDGED_TERM:
+        found.append("the object was not seen between the pads")
     if scored.hidden[index].max() > SAFE_HIDDEN:
         own = scored.terms["behind"][index] < 1.0
         whose = "the object or another one" if own else "another object"

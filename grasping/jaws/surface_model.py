@@ -74,6 +74,8 @@ class ObjectSurface:
     """Estimated centre of mass, (3,), m."""
     volume: float
     """Volume of the solids, m³."""
+    accepted: bool
+    """Whether the fit accepted the solids."""
     boxed: bool
     """Whether a box around the points stands in for the solids, because the fit found none."""
     stands: bool = True
@@ -121,6 +123,7 @@ def object_surface(item: SceneObject, scene: Scene) -> ObjectSurface | None:
         solids=tuple(solids),
         centre=centre,
         volume=float(volumes.sum()),
+        accepted=bool(fit),
         boxed=boxed,
         stands=_stands(blocks.points, centre, item, scene.support),
         vessel=fit.vessel,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from jaw_scenes import EYE, box, can, scene_of
 
@@ -62,6 +63,22 @@ def test_rejected_solid_is_grasped_with_less_confidence():
     assert doubtful[0].safe
     assert doubtful[0].success < certain[0].success
     assert doubtful[0].object_width == pytest.approx(certain[0].object_width)
+
+
+def test_rejected_solid_is_not_grasped_where_nothing_was_seen():
+    """The solid bridges the gap between two posts."""
+    scene = scene_of(box((0.15, 0.05, 0.08)))
+    item = scene.objects[0]
+    fit = replace(item.fit, converged=False, reason="20 % of the solid lies in empty space")
+    posts = item.points[np.abs(item.points[:, 0]) > 0.05]
+    bridge = replace(scene, objects=(replace(item, fit=fit, points=posts),))
+    grasps = plan_grasps(bridge, PANDA, JawOptions(per_object=100))
+    assert grasps[0].safe
+    assert abs(grasps[0].position[0]) > 0.04
+    in_gap = [one for one in grasps if abs(one.position[0]) < 0.03 and abs(one.closing[1]) > 0.9]
+    assert in_gap
+    assert all("the object was not seen between the pads" in one.forbidden_by for one in in_gap)
+    assert max(one.success for one in in_gap) < 0.3
 
 
 def test_object_without_any_solid_is_not_safe():
