@@ -59,8 +59,8 @@ REJECTED_TERM, DOUBTFUL_TERM, BRIDGED_TERM = 0.6, 0.95, 0.05
 where fewer than `MIN_READINGS` lie between the pads: a rejected solid can bridge a gap."""
 MIN_READINGS, BESIDE_PAD = 2, 0.006
 """Averaged readings below which it may do so, and distance inside a pad up to which they count, m.
-On development objects 18 of 44 bad grasps have fewer, and 6 of 152 good ones; on left-out objects
-29 of 68, and 5 of 161."""
+On development objects 18 of 44 bad grasps have fewer, and 6 of 152 good ones; on fresh objects of
+the same kinds 29 of 68, and 5 of 161."""
 INDEPENDENT = ("depth_error", "existence")
 """The terms that are independent of the others: one error of the scale moves the whole scene, and a
 bump of noise is no object, whatever else speaks for its grasp."""
