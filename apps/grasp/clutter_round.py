@@ -92,6 +92,8 @@ class ClutterTrial:
     """Whether scale and tilt of the image are corrected from the known height of the table."""
     learned_table: bool = False
     """Whether the images of a round are scaled to the mean height of the table in them."""
+    safe_only: bool = False
+    """Whether only safe grasps are executed. A round ends when there is none."""
     hand: str = "panda"
     """Name or file of the hand."""
     split: Split = "all"
@@ -118,6 +120,8 @@ class Attempt:
     """Whether it was removed."""
     predicted: float
     """Probability that the planner gave."""
+    safe: bool
+    """Whether the planner called it safe."""
     cause: str
     """Cause of the failure, or an empty string."""
     perceive_ms: float
@@ -230,9 +234,10 @@ def _attempt(
     perceived = time.thread_time()
     grasps = plan_grasps(scene, world.hand, _options(settings, failed))
     planned = time.thread_time()
-    if not grasps:
+    offered = [grasp for grasp in grasps if grasp.safe or not settings.safe_only]
+    if not offered:
         return None, None, grasps.reason
-    grasp = grasps[0]
+    grasp = offered[0]
     truth = segment_truth(scene, grasp, view.labels, world)
     course = execute_grasp(world, _misplaced(grasp, settings, len(failed)))
     world.rest_and_remove()
@@ -242,6 +247,7 @@ def _attempt(
         mass=truth.mass,
         success=course.success,
         predicted=grasp.success,
+        safe=grasp.safe,
         cause=cause,
         perceive_ms=1e3 * (perceived - started),
         plan_ms=1e3 * (planned - perceived),

@@ -13,6 +13,7 @@ from .depth_error import depth_error_term
 from .filled_space import filled_points
 from .kernels import BLOCKED
 from .memory import memory_term
+from .misplaced import misplaced_term
 from .scored import ScoredCandidates, join_scored
 from .scoring import clearance_for, clearance_terms
 from .selection import MIN_PROBABILITY
@@ -194,6 +195,7 @@ def _checked(
     clearance = np.where(sunk > 0.0, np.minimum(clearance, -sunk), clearance)
     clearance[:, 1] = np.minimum(clearance[:, 1], _closing_clearance(part, tests))
     terms = {**part.terms, **clearance_terms(clearance, options)}
+    terms["misplaced"] = misplaced_term(part, surface, tests.hand, options)
     others = np.prod([terms[name] for name in terms if name != "depth_error"], axis=0)
     least = bar / np.maximum(others, 1e-9)
     terms["depth_error"], deeper = depth_error_term(

@@ -131,6 +131,25 @@ def sideways_term(
     return 2.0 * ndtr(room / np.maximum(options.depth_error * shift, MIN_SHIFT)) - 1.0
 
 
+def held_probability(
+    stopped: Candidates,
+    opening: NDArray[np.float64],
+    surface: ObjectSurface,
+    hand: ParallelHand,
+    options: JawOptions,
+) -> NDArray[np.float64]:
+    """Return the probability that jaws that close at given poses hold the object, (n,)."""
+    columns = pad_contacts(stopped, surface, hand)
+    meets = columns[:, 1] > 0.0
+    angle = np.arccos(np.clip(columns[:, 2:4], -1.0, 1.0))
+    held = ndtr((np.arctan(options.friction) - angle) / TILT_SIGMA).prod(axis=1)
+    length = np.maximum(columns[:, 7] - columns[:, 6], 0.0) + SAMPLE_SPACING
+    held *= expit((length - OVERLAP_MIDDLE) / OVERLAP_SCALE) * meets
+    # The object must lie between the pads, not beside one of them.
+    room = 0.5 * (opening - columns[:, 1]) - np.abs(columns[:, 0])
+    return held * ndtr(room / np.hypot(CLEARANCE_SIGMA, options.calibration_error))
+
+
 def _success(
     candidates: Candidates,
     opening: NDArray[np.float64],
@@ -159,27 +178,8 @@ def _success(
         tip = candidates.tip[index]
         tip = tip + (depth - rest[index])[:, None] * candidates.rotation[index][:, :, 2]
         stopped = candidates.take(index).at(tip)
-        held[number, index] = _held(stopped, opening[index], surface, hand, options)
+        held[number, index] = held_probability(stopped, opening[index], surface, hand, options)
         held[number, ~free] = 0.0
         if not options.guarded:
             held[number, rest > REACHED] *= STOPPED_TERM
     return held
-
-
-def _held(
-    stopped: Candidates,
-    opening: NDArray[np.float64],
-    surface: ObjectSurface,
-    hand: ParallelHand,
-    options: JawOptions,
-) -> NDArray[np.float64]:
-    """Return the probability that jaws that close at given poses hold the object, (n,)."""
-    columns = pad_contacts(stopped, surface, hand)
-    meets = columns[:, 1] > 0.0
-    angle = np.arccos(np.clip(columns[:, 2:4], -1.0, 1.0))
-    held = ndtr((np.arctan(options.friction) - angle) / TILT_SIGMA).prod(axis=1)
-    length = np.maximum(columns[:, 7] - columns[:, 6], 0.0) + SAMPLE_SPACING
-    held *= expit((length - OVERLAP_MIDDLE) / OVERLAP_SCALE) * meets
-    # The object must lie between the pads, not beside one of them.
-    room = 0.5 * (opening - columns[:, 1]) - np.abs(columns[:, 0])
-    return held * ndtr(room / np.hypot(CLEARANCE_SIGMA, options.calibration_error))

@@ -63,6 +63,7 @@ def evaluate_grasp(
     noise: list[Literal["none", "dex"]] | None = None,
     known_table: bool = False,
     learned_table: bool = False,
+    safe_only: bool = False,
     misplaced: tuple[float, float] = (0.0, 0.0),
     split: Literal["all", "development", "held-out"] = "all",
     density: float | None = None,
@@ -132,6 +133,8 @@ def evaluate_grasp(
         Correct scale and tilt of the protocol's image from the known height of the table.
     learned_table
         Scale the images of a round to the mean height of the table in them. It is not known.
+    safe_only
+        Execute only grasps that the planner calls safe. A round ends when there is none.
     misplaced
         Error of the hand's place, mm, and of its orientation, degrees, in a random direction for
         each grasp.
@@ -152,6 +155,7 @@ def evaluate_grasp(
                 hand=(robot or RobotChoice()).hand or "panda",
                 known_table=known_table,
                 learned_table=learned_table,
+                safe_only=safe_only,
                 misplaced=misplaced,
                 split=split,
                 jobs=jobs,

@@ -140,6 +140,7 @@ def protocol_jobs(
                     noise=noise,
                     known_table=settings.known_table,
                     learned_table=settings.learned_table,
+                    safe_only=settings.safe_only,
                     hand=settings.hand,
                     split=settings.split,
                     changes=Changes(
@@ -163,6 +164,7 @@ def _folder(objects: Path, family: str) -> Path:
 def _row_name(settings: ProtocolSettings, family: str, noise: str) -> str:
     words = [family, "dex noise" if noise == "dex" else "no noise"]
     words += ["table known"] * settings.known_table + ["table learned"] * settings.learned_table
+    words += ["only safe grasps"] * settings.safe_only
     if any(settings.misplaced):
         words.append("misplaced by {:g} mm and {:g}°".format(*settings.misplaced))
     return ", ".join(words)
@@ -186,6 +188,7 @@ def _summary(
         "noise": trial["noise"],
         "known_table": trial["known_table"],
         "learned_table": trial["learned_table"],
+        "safe_only": trial["safe_only"],
         "rounds": len(rounds),
         "attempts": len(attempts),
         "objects": placed,

@@ -81,6 +81,8 @@ class ProtocolSettings:
     """Number of processes; None for the number of cores."""
     learned_table: bool = False
     """Whether the images of a round are scaled to the mean height of the table in them."""
+    safe_only: bool = False
+    """Whether only safe grasps are executed."""
     misplaced: tuple[float, float] = (0.0, 0.0)
     """Error of the hand's place, mm, and of its orientation, degrees, of each grasp."""
 
