@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from eyehand.apps.grasp import clutter_round
 from eyehand.apps.grasp.bench.chart import chart_grasp
 from eyehand.apps.grasp.bench.evaluate import evaluate_grasp
 from eyehand.apps.grasp.bench.protocol import protocol_jobs
@@ -16,6 +17,7 @@ from eyehand.apps.grasp.bench.protocol_settings import ProtocolChoice, ProtocolS
 from eyehand.apps.grasp.clutter_round import run_clutter_round
 from eyehand.apps.grasp.robot_choice import RobotChoice
 from eyehand.errors import InputError
+from eyehand.grasping import plan_grasps
 
 SHARED = Path(__file__).resolve().parents[5] / "shared" / "data" / "objects"
 
@@ -56,6 +58,27 @@ def test_misplaced_hand_is_a_setting_of_each_round():
     assert changes["calibration_angle"] == pytest.approx(math.radians(2.0))
     with pytest.raises(InputError, match="--misplaced must be finite"):
         protocol_jobs(replace(settings, misplaced=(-5.0, 0.0)))
+
+
+def test_only_safe_grasps_are_executed(monkeypatch):
+    if not SHARED.is_dir():
+        pytest.skip(f"no {SHARED}")
+    settings = ProtocolSettings(("packed",), ("dex",), 1, 7, SHARED, safe_only=True)
+    (job,) = protocol_jobs(settings)
+    assert job.row == "packed, dex noise, only safe grasps"
+    round_ = run_clutter_round({**job.trial, "max_attempts": 2})
+    assert round_["attempts"]
+    assert all(attempt["safe"] for attempt in round_["attempts"])
+
+    def unsafe(*arguments):
+        found = plan_grasps(*arguments)
+        grasps = [replace(grasp, safe=False, forbidden_by=("a test",)) for grasp in found]
+        return replace(found, grasps=tuple(grasps), reason="no grasp is safe: a test")
+
+    monkeypatch.setattr(clutter_round, "plan_grasps", unsafe)
+    round_ = run_clutter_round(job.trial)
+    assert round_["attempts"] == []
+    assert round_["ended"] == "no grasp: no grasp is safe: a test"
 
 
 def test_quick_run_prints_rows_beside_those_of_others(capsys):
