@@ -63,8 +63,7 @@ def test_pads_that_barely_overlap_the_object_lose_most():
     tip = deep.candidates.tip.copy()
     tip[:, 2] = 0.10
     low = replace(deep, candidates=deep.candidates.at(tip))
-    tip = tip + [0.0, 0.0, 0.012]
-    high = replace(deep, candidates=deep.candidates.at(tip))
+    high = replace(deep, candidates=deep.candidates.at(tip + 0.012 * UP))
     options = JawOptions(calibration_error=0.005)
     kept = misplaced_term(low, surface, PANDA, options)
     lost = misplaced_term(high, surface, PANDA, options)

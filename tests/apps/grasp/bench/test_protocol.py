@@ -76,7 +76,7 @@ def test_only_safe_grasps_are_executed(monkeypatch):
         return replace(found, grasps=tuple(grasps), reason="no grasp is safe: a test")
 
     monkeypatch.setattr(clutter_round, "plan_grasps", unsafe)
-    round_ = run_clutter_round(job.trial)
+    round_ = run_clutter_round(dict(job.trial))
     assert round_["attempts"] == []
     assert round_["ended"] == "no grasp: no grasp is safe: a test"
 
