@@ -53,7 +53,7 @@ GRAVITY = 9.81
 SUCCESS_ODDS = 6.0
 """Odds of success over those of the product of the terms. The terms are not independent: what
 lowers one lowers others. Fitted to 1305 grasps of the development objects that were not too heavy,
-in five kinds of scenes: the best values of the single kinds are 5 to 10."""
+in four kinds of scenes: the best values of the single kinds are 5 to 10."""
 REJECTED_TERM, DOUBTFUL_TERM, BRIDGED_TERM = 0.6, 0.95, 0.05
 """Terms of an object whose solid the fit rejected, of one whose solid is doubtful, and of the first
 where fewer than `MIN_READINGS` lie between the pads: a rejected solid can bridge a gap."""
