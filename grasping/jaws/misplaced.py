@@ -18,9 +18,8 @@ if TYPE_CHECKING:
 
 SHIFTS = 1.5 * np.array([[0, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], float)
 """Shifts that are tried in the hand's frame, in standard deviations: along the pads' width, and
-along the approach. The jaws make up for a shift along the closing axis."""
-SHIFT_WEIGHTS = np.array([0.2, 0.2, 0.2, 0.2, 0.2])
-"""Weights with the mean and nearly the variance (0.9) of a normal distribution."""
+along the approach. Equal weights give nearly the variance of a normal distribution (0.9). The jaws
+make up for a shift along the closing axis."""
 
 
 def misplaced_term(
@@ -41,4 +40,4 @@ def misplaced_term(
     moved = scored.candidates.take(every).at(tips.reshape(-1, 3))
     held = held_probability(moved, scored.opening[every], surface, hand, options)
     held = held.reshape(len(SHIFTS), count)
-    return np.clip(SHIFT_WEIGHTS @ held / np.maximum(held[0], 1e-6), 0.0, 1.0)
+    return np.clip(held.mean(axis=0) / np.maximum(held[0], 1e-6), 0.0, 1.0)

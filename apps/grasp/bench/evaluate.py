@@ -189,9 +189,8 @@ def evaluate_grasp(
     title = f"{counted(len(seeds), 'scene')} of each row, {seed_span(seed, len(seeds))}"
     show(grasp_table(done.summaries, title), json_wanted=json)
     say(machines.timing_note)
-    provenance = Provenance(
-        "simulated arm and hand, one noisy depth view", seed, len(seeds), "scene"
-    )
+    source = "simulated arm and hand, one noisy depth view"
+    provenance = Provenance(source, seed, len(seeds), "scene")
     footer = [
         title,
         f"eyehand {metadata.version('eyehand')}, {machine_line()}",
