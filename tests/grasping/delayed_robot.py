@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from contextlib import suppress
 from dataclasses import dataclass
 from multiprocessing.connection import Client
+from typing import TypeVar
 
 import numpy as np
 
 from eyehand.apps.grasp.scenes import grasp_scene
 from eyehand.data_synth import DepthNoise
-from eyehand.data_synth.cell import GraspWorld, SimRobot, make_robot
+from eyehand.data_synth.cell import GraspRobot, GraspWorld, SimRobot, make_robot
 from eyehand.grasping import JawCommand
 from eyehand.grasping.hands.jaw_control import jaw_reading
+
+T = TypeVar("T")
 
 KEY = b"robot"
 SCENE = ("single", 8, 1)
@@ -46,8 +48,7 @@ class Faults:
 class DelayedRobot:
     """Answers requests in the robot's own time. Every message takes its delay."""
 
-    def __init__(self, faults: Faults) -> None:
-        robot = make_robot("panda")
+    def __init__(self, robot: GraspRobot, faults: Faults) -> None:
         self.sim = SimRobot(
             GraspWorld.build(grasp_scene(*SCENE).objects, robot=robot, friction=1.0),
             noise=DepthNoise.realistic(),
@@ -85,12 +86,10 @@ class DelayedRobot:
         """Take velocities, and return the state one period later."""
         self.commands.append((self.arrival(), velocity))
         now = self.sim.data.time
-        active = [one for time, one in self.commands if time <= now]
-        commanded = active[-1] if active else np.zeros(7)
-        jaws = [one for time, one in self.jaws if time <= min(now, self.faults.gripper_stalls)]
-        if now >= self.faults.arm_stops:
+        commanded = newest(self.commands, now)
+        if commanded is None or now >= self.faults.arm_stops:
             commanded = np.zeros(7)
-        command = jaws[-1] if jaws else None
+        command = newest(self.jaws, min(now, self.faults.gripper_stalls))
         if command is not None and np.isfinite(self.faults.gripper_speed):
             step = self.faults.gripper_speed * self.sim.period
             low = jaw_reading(self.history[-1].hand).width - GRIPPED
@@ -118,13 +117,28 @@ class DelayedRobot:
         return next((one for one in reversed(self.history) if one.time <= until), self.history[0])
 
 
-def serve(port: int, faults: Faults) -> None:
-    """Connect to a port of this computer, and answer requests until the connection closes."""
-    robot = DelayedRobot(faults)
-    with Client(("localhost", port), authkey=KEY) as connection, suppress(EOFError):
-        while True:
-            connection.send(robot.answer(*connection.recv()))
+def newest(messages: list[tuple[float, T]], until: float) -> T | None:
+    """Return the last message that has arrived until a time, s; they are in order of time."""
+    return next((message for time, message in reversed(messages) if time <= until), None)
+
+
+def serve(port: int) -> None:
+    """Connect to a port of this computer again and again, each time as a new robot.
+
+    A client sends the faults first. The robot answers its requests until the connection closes. The
+    process ends when nobody listens any more.
+    """
+    robot = make_robot("panda")
+    while True:
+        try:
+            connection = Client(("localhost", port), authkey=KEY)
+        except (OSError, EOFError):
+            return
+        with connection, suppress(EOFError):
+            delayed = DelayedRobot(robot, Faults(**connection.recv()))
+            while True:
+                connection.send(delayed.answer(*connection.recv()))
 
 
 if __name__ == "__main__":
-    serve(int(sys.argv[1]), Faults(**json.loads(sys.argv[2])))
+    serve(int(sys.argv[1]))
