@@ -19,7 +19,8 @@ PAD, FOAM = TactileArray.flat(), Foam()
 
 @pytest.fixture(scope="module")
 def decoder() -> PressDecoder:
-    return pressed_decoder("good", 0)[0]
+    # With all three arguments, the result is that of the first pad of the experiment with seed 0.
+    return pressed_decoder("good", 0, 0)[0]
 
 
 def test_measured_cloud_lies_on_true_surface(tmp_path, run_experiment):
@@ -63,7 +64,7 @@ def test_presses_show_gains_spread_and_stiffness(decoder):
 
 
 def test_memory_of_the_real_pad_is_fitted_from_presses():
-    decoder, memory = pressed_decoder("real", 3, 1)
+    decoder, memory = pressed_decoder("real", 2, 1)
     assert memory.creep == pytest.approx(0.05, abs=0.005)
     assert memory.creep_time == pytest.approx(5.0, rel=0.15)
     assert memory.share == pytest.approx(0.1, abs=0.02)
