@@ -3,7 +3,7 @@
 #   make test ARGS="-k frame"     passes arguments on to what the target runs
 
 .DEFAULT_GOAL := help
-.PHONY: help ready demo docs test test-slow check bench clean
+.PHONY: help ready demo docs kernels test test-slow check bench clean
 
 ARGS =
 BIN = .venv/bin
@@ -22,6 +22,10 @@ demo: ready ## let a simulated robot clear a table; report and film go to out/de
 docs: ready ## build the documentation site in out/site
 	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet $(ARGS)
 	@echo "open out/site/index.html"
+
+kernels: ready ## compile the kernels that a pick uses (once, one to two minutes)
+	@$(BIN)/python -c \
+		"from eyehand.apps.grasp.warm_up import warm_up_grasping as w; w(jaws=True)"
 
 # One thread per worker: the workers already fill the cores.
 test test-slow: export OMP_NUM_THREADS = 1
