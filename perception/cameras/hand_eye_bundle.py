@@ -9,7 +9,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
-from scipy.spatial.transform import RigidTransform, Rotation
+from scipy.spatial.transform import RigidTransform
 
 from ..frame import CameraIntrinsics
 from .calibration_board import BoardView
@@ -51,6 +51,23 @@ class BundleResult:
 
 
 @dataclass(frozen=True, eq=False)
+class _Start:
+    """The start and the data of a descent, as plain matrices: thousands of them are multiplied."""
+
+    camera: NDArray[np.float64]
+    board: NDArray[np.float64]
+    """Poses at the start, (4, 4)."""
+    wrist: NDArray[np.float64]
+    """Poses of the robot, (N, 4, 4)."""
+    image: NDArray[np.intp]
+    """Number of the image of each corner, (M,)."""
+    points: NDArray[np.float64]
+    """Corners in the frame of the board, (M, 3), m."""
+    pixels: NDArray[np.float64]
+    """Corners in the images, (M, 2)."""
+
+
+@dataclass(frozen=True, eq=False)
 class Bundle:
     """The bundle adjustment of all images."""
 
@@ -75,17 +92,19 @@ class Bundle:
         """
         sigmas = START_SIGMAS
         last = 12 + 6 * len(used)
-        result = self._descend(np.zeros(last + free_scale), (used, camera, board, sigmas))
+        start = self._start(used, camera, board)
+        result = self._descend(np.zeros(last + free_scale), start, sigmas)
         for _ in range(ROUNDS - 1):
             sigmas = self._sigmas(result.fun, result.jac, len(used), sigmas)
-            result = self._descend(result.x, (used, camera, board, sigmas))
+            result = self._descend(result.x, start, sigmas)
         unknown = result.x
         covariance = np.linalg.pinv(result.jac.T @ result.jac)
         corrections = unknown[12:last].reshape(-1, 6)
+        moves = _exponentials(unknown[:12].reshape(2, 6))
         norms = np.linalg.norm(corrections.reshape(-1, 2, 3), axis=2)
         return BundleResult(
-            camera=camera * _exponential(unknown[:6]),
-            board=board * _exponential(unknown[6:12]),
+            camera=RigidTransform.from_matrix(start.camera @ moves[0]),
+            board=RigidTransform.from_matrix(start.board @ moves[1]),
             corrections=norms[:, ::-1],
             position_error=float(np.sqrt(np.trace(covariance[3:6, 3:6]))),
             angle_error=float(np.sqrt(np.trace(covariance[:3, :3]))),
@@ -94,82 +113,80 @@ class Bundle:
             scale_error=float(np.sqrt(covariance[last, last])) if free_scale else np.inf,
         )
 
-    def _descend(self, unknown: NDArray[np.float64], fixed: tuple[Any, ...]) -> Any:
+    def _start(self, used: list[int], camera: RigidTransform, board: RigidTransform) -> _Start:
+        return _Start(
+            camera.as_matrix(),
+            board.as_matrix(),
+            self.wrist_poses[used].as_matrix(),
+            np.repeat(np.arange(len(used)), [len(self.views[i].points) for i in used]),
+            np.concatenate([self.views[i].points for i in used]),
+            np.concatenate([self.views[i].pixels for i in used]),
+        )
+
+    def _descend(
+        self, unknown: NDArray[np.float64], start: _Start, sigmas: tuple[float, float, float]
+    ) -> Any:
         """Minimise the residuals by Levenberg-Marquardt, and return SciPy's result."""
         jacobian = cast("Any", self._jacobian)  # SciPy's types know only the named differences
         return least_squares(
             self._residuals,
             unknown,
             jacobian,
-            args=fixed,
+            args=(start, sigmas),
             method="lm",
             ftol=COST_TOLERANCE,
             max_nfev=MAX_EVALUATIONS,
         )
 
     def _residuals(
-        self,
-        unknown: NDArray[np.float64],
-        used: list[int],
-        camera: RigidTransform,
-        board: RigidTransform,
-        sigmas: tuple[float, float, float],
+        self, unknown: NDArray[np.float64], start: _Start, sigmas: tuple[float, float, float]
     ) -> NDArray[np.float64]:
         """Return errors of all corners, the corrections, and the change of a free scale.
 
         Each is divided by its deviation.
         """
-        T_x_camera = camera * _exponential(unknown[:6])
-        T_y_board = board * _exponential(unknown[6:12])
-        last = 12 + 6 * len(used)
-        corrections, scale = unknown[12:last].reshape(-1, 6), unknown[last:]
+        last = 12 + 6 * len(start.wrist)
+        twists, scale = unknown[:last].reshape(-1, 6), unknown[last:]
+        moves = _exponentials(twists)
+        T_x_camera, T_y_board = start.camera @ moves[0], start.board @ moves[1]
         # A camera on the wrist sees the board through (world, wrist, camera), one in the world
         # through (camera, world, wrist).
-        wrist = self.wrist_poses[used] * _exponential(corrections)
+        wrist = start.wrist @ moves[2:]
         if self.on_wrist:
-            T_camera_board = (wrist * T_x_camera).inv() * T_y_board
+            T_camera_board = _inverses(wrist @ T_x_camera) @ T_y_board
         else:
-            T_camera_board = T_x_camera.inv() * wrist * T_y_board
-        counts = [len(self.views[i].points) for i in used]
-        matrices = np.repeat(T_camera_board.as_matrix(), counts, axis=0)
-        points = np.concatenate([self.views[i].points for i in used]) * (1.0 + scale.sum())
+            T_camera_board = _inverses(T_x_camera) @ wrist @ T_y_board
+        matrices, points = T_camera_board[start.image], start.points * (1.0 + scale.sum())
         x, y, z = (np.einsum("nij,nj->ni", matrices[:, :3, :3], points) + matrices[:, :3, 3]).T
         k = self.intrinsics
         projected = np.column_stack([k.fx * x / z + k.cx, k.fy * y / z + k.cy])
-        pixels = np.concatenate([self.views[i].pixels for i in used])
         return np.concatenate(
             [
-                (projected - pixels).ravel() / sigmas[0],
-                (corrections / _pose_sigmas(sigmas)).ravel(),
+                (projected - start.pixels).ravel() / sigmas[0],
+                (twists[2:] / _pose_sigmas(sigmas)).ravel(),
                 scale / SCALE_PRIOR,
             ]
         )
 
     def _jacobian(
-        self,
-        unknown: NDArray[np.float64],
-        used: list[int],
-        camera: RigidTransform,
-        board: RigidTransform,
-        sigmas: tuple[float, float, float],
+        self, unknown: NDArray[np.float64], start: _Start, sigmas: tuple[float, float, float]
     ) -> NDArray[np.float64]:
         """Return central differences of `_residuals`.
 
         A correction changes only the corners of its own image. The corrections of all images
         move at once, so that 18 differences give all columns, and one more that of the scale.
         """
-        counts = [2 * len(self.views[i].points) for i in used]
-        images = np.arange(len(used))
-        owner = np.concatenate([np.repeat(images, counts), np.repeat(images, 6)])
-        last = 12 + 6 * len(used)
+        images = np.arange(len(start.wrist))
+        owner = np.concatenate([np.repeat(start.image, 2), np.repeat(images, 6)])
+        last = 12 + 6 * len(images)
         own = np.arange(len(owner))
         jacobian = np.zeros((len(owner) + len(unknown) - last, len(unknown)))
         for column in [*range(18), *range(last, len(unknown))]:
             moved = np.zeros(len(unknown))
             shared = column < 12 or column == last
             moved[column if shared else slice(column, last, 6)] = DIFFERENCE
-            change = self._residuals(unknown + moved, used, camera, board, sigmas)
-            change -= self._residuals(unknown - moved, used, camera, board, sigmas)
+            change = self._residuals(unknown + moved, start, sigmas)
+            change -= self._residuals(unknown - moved, start, sigmas)
             change /= 2 * DIFFERENCE
             if shared:
                 jacobian[:, column] = change
@@ -208,9 +225,29 @@ class Bundle:
         return estimated[0], estimated[1], estimated[2]
 
 
-def _exponential(twist: NDArray[np.float64]) -> RigidTransform:
-    """Return the pose with a rotation vector and a translation, (6,), or poses of (N, 6)."""
-    return RigidTransform.from_components(twist[..., 3:], Rotation.from_rotvec(twist[..., :3]))
+def _exponentials(twists: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the matrices (N, 4, 4) of poses from rotation vectors and translations, (N, 6)."""
+    turns = twists[:, :3]
+    angles = np.sqrt((turns * turns).sum(axis=1))[:, None, None]
+    x, y, z = turns.T
+    cross = np.zeros((len(twists), 3, 3))
+    cross[:, 2, 1], cross[:, 0, 2], cross[:, 1, 0] = x, y, z
+    cross -= cross.transpose(0, 2, 1)
+    # Rodrigues' formula; sinc(a / pi) is sin(a) / a.
+    half = np.sinc(angles / (2.0 * np.pi))
+    moves = np.tile(np.eye(4), (len(twists), 1, 1))
+    moves[:, :3, :3] += np.sinc(angles / np.pi) * cross + 0.5 * half * half * (cross @ cross)
+    moves[:, :3, 3] = twists[:, 3:]
+    return moves
+
+
+def _inverses(poses: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the inverse of matrices of poses, (..., 4, 4)."""
+    inverses = np.zeros_like(poses)
+    inverses[..., :3, :3] = poses[..., :3, :3].swapaxes(-1, -2)
+    inverses[..., :3, 3:] = -inverses[..., :3, :3] @ poses[..., :3, 3:]
+    inverses[..., 3, 3] = 1.0
+    return inverses
 
 
 def _pose_sigmas(sigmas: tuple[float, float, float]) -> NDArray[np.float64]:
