@@ -90,32 +90,40 @@ MEASURING = ("eyehand evaluate", "eyehand chart", "eyehand stress")
 """Commands that measure a whole stage; each stage's own tests run shorter forms of them."""
 
 
-@pytest.fixture
-def folder(tmp_path, monkeypatch) -> Path:
-    """Return a folder with the files that the pages name."""
-    (tmp_path / "apps" / "sample").mkdir(parents=True)
+@pytest.fixture(scope="module")
+def named_files(tmp_path_factory) -> Path:
+    """Return a folder with the files that the pages name, to be copied."""
+    folder = tmp_path_factory.mktemp("named")
+    (folder / "apps" / "sample").mkdir(parents=True)
     for file in (ROOT / "apps" / "sample").iterdir():
-        shutil.copy(file, tmp_path / "apps" / "sample")
+        shutil.copy(file, folder / "apps" / "sample")
     rng = np.random.default_rng(0)
     ball = rng.normal(size=(500, 3))
     ball *= 0.04 / np.linalg.norm(ball, axis=1, keepdims=True)
-    write_cloud(tmp_path / "ball.ply", ball + np.array([0.0, 0.0, 0.04]))
-    write_cloud(tmp_path / "mug.pcd", ball * [1.0, 1.0, 1.4])
-    (tmp_path / "out" / "scene").mkdir(parents=True)
-    frame = read_frame(tmp_path / "apps" / "sample" / "depth.png")
-    write_ros_frames(tmp_path / "out" / "look.mcap", [frame])
+    write_cloud(folder / "ball.ply", ball + np.array([0.0, 0.0, 0.04]))
+    write_cloud(folder / "mug.pcd", ball * [1.0, 1.0, 1.4])
+    (folder / "out" / "scene").mkdir(parents=True)
+    frame = read_frame(folder / "apps" / "sample" / "depth.png")
+    write_ros_frames(folder / "out" / "look.mcap", [frame])
     sensor, calibration = open_source("good", 0)
-    record(sensor, tmp_path / "out" / "touch.mcap", 3.0, calibration)
-    write_ros_frames(tmp_path / "bag.mcap", [frame])
-    for file in (tmp_path / "apps" / "sample").iterdir():
-        shutil.copy(file, tmp_path / "out" / "scene")
-    write_png(tmp_path / "robot.png", np.eye(*frame.depth.shape, dtype=np.uint16))
-    shutil.copy(LBR_ARM, tmp_path / "robot.xml")
-    (tmp_path / "arm.urdf").write_text(ARM_URDF)
-    (tmp_path / "gripper.urdf").write_text(GRIPPER_URDF)
-    (tmp_path / "meshes").mkdir()
+    record(sensor, folder / "out" / "touch.mcap", 3.0, calibration)
+    write_ros_frames(folder / "bag.mcap", [frame])
+    for file in (folder / "apps" / "sample").iterdir():
+        shutil.copy(file, folder / "out" / "scene")
+    write_png(folder / "robot.png", np.eye(*frame.depth.shape, dtype=np.uint16))
+    shutil.copy(LBR_ARM, folder / "robot.xml")
+    (folder / "arm.urdf").write_text(ARM_URDF)
+    (folder / "gripper.urdf").write_text(GRIPPER_URDF)
+    (folder / "meshes").mkdir()
     ball_solid = Superquadric(np.full(3, 0.04), (1.0, 1.0), RigidTransform.identity(), "sphere")
-    (tmp_path / "meshes" / "ball.stl").write_bytes(mesh_bytes(*mesh(ball_solid, 24), "stl"))
+    (folder / "meshes" / "ball.stl").write_bytes(mesh_bytes(*mesh(ball_solid, 24), "stl"))
+    return folder
+
+
+@pytest.fixture
+def folder(named_files, tmp_path, monkeypatch) -> Path:
+    """Enter and return a new folder with the files that the pages name."""
+    shutil.copytree(named_files, tmp_path, dirs_exist_ok=True)
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
