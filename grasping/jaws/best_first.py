@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..hands import HandBox
-from .clearance import FULL_RANK, all_points, coarse_points, hand_clearances
+from .clearance import COARSE_RANK, FULL_RANK, all_points, coarse_points, hand_clearances
 from .depth_error import depth_error_term
 from .filled_space import filled_points
 from .kernels import BLOCKED
@@ -186,14 +186,20 @@ def _checked(
 
     The terms of candidates that cannot exceed the probability ``bar`` are not exact.
     """
-    full = hand_clearances(part.candidates, part.opening, tests.readings, tests.shell, FULL_RANK)
-    clearance = np.minimum(part.clearance, full)
+    clearance = hand_clearances(
+        part.candidates,
+        part.opening,
+        tests.readings,
+        tests.shell,
+        FULL_RANK,
+        most=part.clearance,
+    )
     sunk = sunk_depths(part.candidates, part.opening, tests.readings, tests.shell)
     # The solids of neighbours reach below what the camera sees.
     solid = sunk_depths(part.candidates, part.opening, tests.coarse, tests.shell)
     sunk[:, 1] = np.maximum(sunk[:, 1], solid[:, 1])
     clearance = np.where(sunk > 0.0, np.minimum(clearance, -sunk), clearance)
-    clearance[:, 1] = np.minimum(clearance[:, 1], _closing_clearance(part, tests))
+    clearance[:, 1] = _closing_clearance(part, clearance[:, 1], tests)
     terms = {**part.terms, **clearance_terms(clearance, options)}
     terms["misplaced"] = misplaced_term(part, surface, tests.hand, options)
     others = np.prod([terms[name] for name in terms if name != "depth_error"], axis=0)
@@ -247,22 +253,18 @@ def _with_clearance(
     return replace(scored, opening=opening, terms=terms, clearance=free)
 
 
-def _closing_clearance(part: ScoredCandidates, tests: SceneTests) -> NDArray[np.float64]:
-    """Return the clearance of closing fingers from other objects, (n,), m.
+def _closing_clearance(
+    part: ScoredCandidates, others: NDArray[np.float64], tests: SceneTests
+) -> NDArray[np.float64]:
+    """Return the clearance from others (n,), m, or that of the closing fingers if it is smaller.
 
     Another object between a finger and its own stops the finger, or is pushed.
     """
     closed = np.minimum(part.contact.width + CLOSED_GAP, part.opening)
-    steps = [
-        hand_clearances(
-            part.candidates,
-            closed + share * (part.opening - closed),
-            tests.coarse,
-            tests.shell,
-        )[:, 1]
-        for share in CLOSING_SHARES
-    ]
-    return np.min(steps, axis=0)
+    for share in CLOSING_SHARES:
+        opening = closed + share * (part.opening - closed)
+        others = _from_others(part.candidates, opening, tests.coarse, tests, others)
+    return others
 
 
 def _clearance(
@@ -274,9 +276,22 @@ def _clearance(
     """Return the clearance from averaged points, and from the space that others fill, (n, 2), m."""
     free = hand_clearances(candidates, opening, tests.coarse, tests.shell, least=least)
     # These points have no noise.
-    filled = hand_clearances(candidates, opening, tests.filled, tests.shell, 1, least)
-    free[:, 1] = np.minimum(free[:, 1], filled[:, 1])
+    free[:, 1] = _from_others(candidates, opening, tests.filled, tests, free[:, 1], 1, least)
     return free
+
+
+def _from_others(
+    candidates: Candidates,
+    opening: NDArray[np.float64],
+    blocks: PointBlocks,
+    tests: SceneTests,
+    most: NDArray[np.float64],
+    rank: int = COARSE_RANK,
+    least: NDArray[np.float64] | None = None,
+) -> NDArray[np.float64]:
+    """Return the clearance from the points of other objects, at most ``most``, (n,), m."""
+    limit = np.stack([np.full(len(most), -np.inf), most], axis=1)
+    return hand_clearances(candidates, opening, blocks, tests.shell, rank, least, limit)[:, 1]
 
 
 def _least_clearance(total: NDArray[np.float64], options: JawOptions) -> NDArray[np.float64]:

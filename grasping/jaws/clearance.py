@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .grasp import APPROACH
-from .kernels import BLOCKED, clearances
+from .kernels import BLOCKED, FAR, clearances
 from .point_blocks import point_blocks
 
 if TYPE_CHECKING:
@@ -85,6 +85,7 @@ def hand_clearances(
     hand: ParallelHand,
     rank: int = COARSE_RANK,
     least: NDArray[np.float64] | None = None,
+    most: NDArray[np.float64] | None = None,
 ) -> NDArray[np.float64]:
     """Return the clearance from the own object and from others, (n, 2), m; see `.kernels`.
 
@@ -103,9 +104,13 @@ def hand_clearances(
     least
         Clearance below which a candidate is given up, (n,), m; None for `BLOCKED`. A smaller value
         is an upper bound.
+    most
+        Largest clearances, (n, 2), m; None for `FAR`. Small ones save time.
     """
     if least is None:
         least = np.full(len(candidates), BLOCKED)
+    if most is None:
+        most = np.full((len(candidates), 2), FAR)
     finger = np.array([[box.low, box.high] for box in hand.finger_boxes])
     return clearances(
         candidates.rotation,
@@ -120,7 +125,7 @@ def hand_clearances(
         hand.fixed_boxes(),
         APPROACH,
         rank,
-        least,
+        (least, most),
     )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from .kernels import to_tool
+from .kernels import dot, to_tool, tool_frame
 
 FACE_DEPTH = 0.01
 """Maximum depth of a measured face behind the outermost reading, m. A deeper one is the inner side
@@ -42,7 +42,8 @@ def contacts(rotation, tip, reach, surface, blocks, measured, pad, facing):
     slab = np.empty((3, len(surface[0]) + 1))
     for i in range(len(tip)):
         size = (reach[i], pad[0], pad[1])
-        count, seen = _slab(rotation[i], tip[i], size, surface, blocks, measured, slab)
+        frame = tool_frame(rotation[i], tip[i])
+        count, seen = _slab(frame, size, surface, blocks, measured, slab)
         low, high, right, left = np.inf, np.inf, 0.0, 0.0
         if count:
             low, high, right, left = _faces(slab[:, :seen], slab[0, seen:count], facing)
@@ -58,44 +59,27 @@ def contacts(rotation, tip, reach, surface, blocks, measured, pad, facing):
 
 
 @njit(cache=True)
-def _slab(r, tip, size, surface, blocks, measured, slab):
+def _slab(frame, size, surface, blocks, measured, slab):
     """Write x, z and cosine of the points between the pads into `slab`.
 
     Returns their number, and that of the measured ones among them, which come first.
     """
     points, normals = surface
     start, centre, radius = blocks
-    # Not arrays: the compiler would load them again after each write.
-    across, along, out = (
-        (r[0, 0], r[1, 0], r[2, 0]),
-        (r[0, 1], r[1, 1], r[2, 1]),
-        (r[0, 2], r[1, 2], r[2, 2]),
-    )
-    from_tip = (tip[0], tip[1], tip[2])
     count = 0
     seen = 0
     for block in range(len(radius)):
-        if not _between(to_tool(r, tip, centre[block]), size, radius[block]):
+        if not _between(to_tool(frame, centre[block]), size, radius[block]):
             continue
         for k in range(start[block], start[block + 1]):
-            d = (
-                points[k, 0] - from_tip[0],
-                points[k, 1] - from_tip[1],
-                points[k, 2] - from_tip[2],
-            )
-            at = _dot(across, d), _dot(along, d), _dot(out, d)
+            at = to_tool(frame, points[k])
             # The next point overwrites one that does not count. A branch costs more.
             slab[0, count], slab[1, count] = at[0], at[2]
-            slab[2, count] = _dot(across, (normals[k, 0], normals[k, 1], normals[k, 2]))
+            slab[2, count] = dot(frame[0], (normals[k, 0], normals[k, 1], normals[k, 2]))
             count += _between(at, size, 0.0)
         if start[block] < measured:
             seen = count
     return count, seen
-
-
-@njit(cache=True)
-def _dot(a, b):
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 @njit(cache=True)

@@ -29,7 +29,7 @@ class Boxes(NamedTuple):
 
 @njit(cache=True)
 def clearances(
-    rotation, tip, half, owner, points, blocks, groups, label, finger, fixed, sweep, rank, least
+    rotation, tip, half, owner, points, blocks, groups, label, finger, fixed, sweep, rank, limits
 ):
     """Return the clearance of each candidate from its own object's points and from others', (n, 2).
 
@@ -55,22 +55,25 @@ def clearances(
         Length of the straight approach, m.
     rank
         Number of the distance that counts, from the smallest, at least 1.
-    least
-        Clearance below which a candidate is given up, (n,), m. A value below it is an upper bound.
+    limits
+        Clearance below which a candidate is given up, (n,), m, and largest clearances, (n, 2), m.
+        A value below the first one is an upper bound. Points beyond the second ones do not count.
     """
+    least, most = limits
     start, centre, radius = blocks
     group_start, group_centre, group_radius = groups
     n = len(tip)
-    out = np.full((n, 2), FAR)
+    out = np.empty((n, 2))
     low = np.empty((2, rank))
     last = rank - 1
     hand = Boxes(np.concatenate((finger, fixed)), len(finger), _hull(finger), _hull(fixed))
     chosen = np.empty(len(hand.boxes), np.int64)
     near = np.empty(len(label))
     for i in range(n):
-        low[:] = FAR
+        low[0], low[1] = most[i, 0], most[i, 1]
+        frame = tool_frame(rotation[i], tip[i])
         for group in range(len(label)):
-            at = to_tool(rotation[i], tip[i], group_centre[group])
+            at = to_tool(frame, group_centre[group])
             reach = FAR + group_radius[group]
             few = _near_boxes(at, half[i], hand, False, sweep, reach, chosen)
             near[group] = _nearest(few, chosen, at, half[i], hand, False, sweep, reach)
@@ -82,13 +85,13 @@ def clearances(
             for block in range(group_start[group], group_start[group + 1]):
                 if low[side, last] < least[i]:
                     break
-                at = to_tool(rotation[i], tip[i], centre[block])
+                at = to_tool(frame, centre[block])
                 reach = low[side, last] + radius[block]
                 few = _near_boxes(at, half[i], hand, False, sweep, reach, chosen)
                 if few == 0:
                     continue
                 for k in range(start[block], start[block + 1]):
-                    at = to_tool(rotation[i], tip[i], points[k])
+                    at = to_tool(frame, points[k])
                     bound = low[side, last]
                     distance = _nearest(few, chosen, at, half[i], hand, False, sweep, bound)
                     if distance < bound:
@@ -123,14 +126,28 @@ def _insert(low, value):
 
 
 @njit(cache=True)
-def to_tool(rotation, tip, point):
-    """Return a point in the tool frame."""
-    dx, dy, dz = point[0] - tip[0], point[1] - tip[1], point[2] - tip[2]
+def tool_frame(r, tip):
+    """Return the axes and the origin of a tool frame: not arrays, which are loaded every time."""
     return (
-        rotation[0, 0] * dx + rotation[1, 0] * dy + rotation[2, 0] * dz,
-        rotation[0, 1] * dx + rotation[1, 1] * dy + rotation[2, 1] * dz,
-        rotation[0, 2] * dx + rotation[1, 2] * dy + rotation[2, 2] * dz,
+        (r[0, 0], r[1, 0], r[2, 0]),
+        (r[0, 1], r[1, 1], r[2, 1]),
+        (r[0, 2], r[1, 2], r[2, 2]),
+        (tip[0], tip[1], tip[2]),
     )
+
+
+@njit(cache=True)
+def to_tool(frame, point):
+    """Return a point in the tool frame."""
+    x, y, z, tip = frame
+    d = point[0] - tip[0], point[1] - tip[1], point[2] - tip[2]
+    return dot(x, d), dot(y, d), dot(z, d)
+
+
+@njit(cache=True)
+def dot(a, b):
+    """Return the scalar product of two vectors of three numbers."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 @njit(cache=True)
@@ -230,10 +247,10 @@ def travels(rotation, start, half, points, blocks, groups, finger, fixed, length
     near = np.empty(len(group_radius))
     for i in range(n):
         found[:] = length
-        r, t = rotation[i], start[i]
+        frame = tool_frame(rotation[i], start[i])
         for group in range(len(near)):
             reach = group_radius[group]
-            at = to_tool(r, t, group_centre[group])
+            at = to_tool(frame, group_centre[group])
             bound, narrow = length + reach, allowance - reach
             few = _near_boxes(at, half[i], hand, True, narrow, bound, chosen)
             near[group] = _nearest(few, chosen, at, half[i], hand, True, narrow, bound) - reach
@@ -242,13 +259,13 @@ def travels(rotation, start, half, points, blocks, groups, finger, fixed, length
                 break
             for block in range(group_first[group], group_first[group + 1]):
                 reach = radius[block]
-                at = to_tool(r, t, centre[block])
+                at = to_tool(frame, centre[block])
                 bound, narrow = found[last] + reach, allowance - reach
                 few = _near_boxes(at, half[i], hand, True, narrow, bound, chosen)
                 if few == 0:
                     continue
                 for k in range(first[block], first[block + 1]):
-                    at = to_tool(r, t, points[k])
+                    at = to_tool(frame, points[k])
                     bound = found[last]
                     value = _nearest(few, chosen, at, half[i], hand, True, allowance, bound)
                     if value < bound:

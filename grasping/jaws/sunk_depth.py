@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 
 from .grasp import APPROACH
-from .kernels import to_tool
+from .kernels import to_tool, tool_frame
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -75,17 +75,18 @@ def _sunk_depths(candidates, boxes, points, blocks, groups):
     out = np.zeros((len(tip), 2))
     ways = np.empty((WAYS, NOISE_POINTS + 1))
     for i in range(len(tip)):
+        frame = tool_frame(rotation[i], tip[i])
         for group in range(len(label)):
             side = 0 if label[group] == owner[i] else 1
             for box in boxes[i]:
                 ways[:] = 0.0
                 count = 0
                 for block in range(group_start[group], group_start[group + 1]):
-                    at = to_tool(rotation[i], tip[i], centre[block])
+                    at = to_tool(frame, centre[block])
                     if _outside(at, box, radius[block]):
                         continue
                     for k in range(start[block], start[block + 1]):
-                        at = to_tool(rotation[i], tip[i], points[k])
+                        at = to_tool(frame, points[k])
                         if not _outside(at, box, 0.0):
                             count += 1
                             _add_point(ways, at, box)
