@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.errors import InputError
@@ -301,13 +301,15 @@ class ParallelHand:
         T_link_tcp = RigidTransform.from_components(self.tool.position, turn)
         return self.closed_pose(T_scene_tcp, width) * T_link_tcp.inv()
 
-    def jaw_boxes(self, opening: float) -> NDArray[np.float64]:
-        """Return low and high corners of both fingers' boxes at an opening, (2 n, 2, 3), m."""
-        right = np.array([[box.low, box.high] for box in self.finger_boxes], dtype=np.float64)
-        right[:, :, 0] += 0.5 * opening
+    def jaw_boxes(self, opening: ArrayLike) -> NDArray[np.float64]:
+        """Return low and high corners of the fingers' boxes at openings (...), (..., 2n, 2, 3), m."""
+        boxes = np.array([[box.low, box.high] for box in self.finger_boxes], dtype=np.float64)
+        half = 0.5 * np.asarray(opening, dtype=np.float64)
+        right = np.broadcast_to(boxes, (*half.shape, *boxes.shape)).copy()
+        right[..., 0] += half[..., None, None]
         left = right.copy()
-        left[:, 0, 0], left[:, 1, 0] = -right[:, 1, 0], -right[:, 0, 0]
-        return np.concatenate([right, left])
+        left[..., 0] = -right[..., ::-1, 0]
+        return np.concatenate([right, left], axis=-3)
 
     def joint_positions(self, opening: float) -> NDArray[np.float64]:
         """Return the positions of `joints` at an opening in m, (n,), m or rad."""

@@ -52,10 +52,13 @@ def _below(surface: ObjectSurface, support: SupportPlane) -> NDArray[np.float64]
     up = support.normal
     across = np.cross(up, np.eye(3)[int(np.argmin(np.abs(up)))])
     across /= np.linalg.norm(across)
-    cell = np.floor(known @ np.stack([across, np.cross(up, across)]).T / SPACING)
+    cell = np.floor(known @ np.stack([across, np.cross(up, across)]).T / SPACING).astype(np.int64)
     height = support.height(known)
     order = np.argsort(-height, kind="stable")
-    _, first = np.unique(cell[order], axis=0, return_index=True)
+    # One number for each cell: distinct rows take five times as long.
+    cell -= cell.min(axis=0, initial=0)
+    key = cell[:, 0] * (cell[:, 1].max(initial=0) + 1) + cell[:, 1]
+    _, first = np.unique(key[order], return_index=True)
     top = order[first]
     count = np.maximum(height[top] / SPACING, 0.0).astype(int)
     step = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count) + 1

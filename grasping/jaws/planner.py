@@ -46,6 +46,10 @@ STACKED_TERM = 0.75
 """Term of an object on which another one rests."""
 SAME_WIDTH_COSINE = np.cos(np.radians(20.0))
 """Cosine between closing axes whose widths have the same standard deviation."""
+AXIS_STEP = 1e-6
+"""Components of closing axes that differ by less are equal."""
+AXIS_KEY = np.array([1 << 42, 1 << 21, 1])
+"""Weights that make one number of a closing axis in these steps."""
 
 
 def plan_grasps(
@@ -197,14 +201,17 @@ def _width_sigma(item: SceneObject, closing: NDArray[np.float64]) -> NDArray[np.
     """
     if not item.fit:
         return np.full(len(closing), 0.005)
-    unique, index = np.unique(np.round(closing, 6), axis=0, return_inverse=True)
+    # One number for each axis: distinct rows take five times as long.
+    grid = np.rint(closing / AXIS_STEP).astype(np.int64)
+    _, first, index = np.unique(grid @ AXIS_KEY, return_index=True, return_inverse=True)
+    unique = AXIS_STEP * grid[first]
     like = np.full(len(unique), -1)
     near = np.abs(unique @ unique.T) >= SAME_WIDTH_COSINE
     for number in range(len(unique)):
         if like[number] < 0:
             like[near[number] & (like < 0)] = number
     estimated, place = np.unique(like, return_inverse=True)
-    return width_stds(item.fit, unique[estimated])[place][index.ravel()]
+    return width_stds(item.fit, unique[estimated])[place][index]
 
 
 def _empty(scene: Scene, rejected: dict[int, Counter[str]], started: float) -> GraspList:

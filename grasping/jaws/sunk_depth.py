@@ -50,27 +50,28 @@ def sunk_depths(
         The hand.
     """
     fixed = hand.fixed_boxes()
-    boxes = np.array([np.concatenate([hand.jaw_boxes(width), fixed]) for width in opening])
-    if len(boxes):
-        boxes[:, :, 0, 2] -= APPROACH
+    fixed = np.broadcast_to(fixed, (len(opening), *fixed.shape))
+    boxes = np.concatenate([hand.jaw_boxes(opening), fixed], axis=1)
+    boxes[:, :, 0, 2] -= APPROACH
     return _sunk_depths(
         (candidates.rotation, candidates.tip, candidates.object),
         boxes,
         blocks.points,
         (blocks.blocks.start, blocks.blocks.centre, blocks.blocks.radius),
-        (blocks.groups.start, blocks.label),
+        (blocks.groups.start, blocks.groups.centre, blocks.groups.radius),
+        blocks.label,
     )
 
 
 @njit(cache=True)
-def _sunk_depths(candidates, boxes, points, blocks, groups):
+def _sunk_depths(candidates, boxes, points, blocks, groups, label):
     """Return the depths (n, 2) of candidates: their rotation, tip and object.
 
     `boxes` (n, B, 2, 3) are those of the hand in the tool frame, `blocks` start, centre and radius
-    of the blocks of points, and `groups` start and label of the groups of blocks.
+    of the blocks of points, `groups` those of the groups of blocks, and `label` (G,) their objects.
     """
     rotation, tip, owner = candidates
-    group_start, label = groups
+    group_start, group_centre, group_radius = groups
     start, centre, radius = blocks
     out = np.zeros((len(tip), 2))
     ways = np.empty((WAYS, NOISE_POINTS + 1))
@@ -78,7 +79,10 @@ def _sunk_depths(candidates, boxes, points, blocks, groups):
         frame = tool_frame(rotation[i], tip[i])
         for group in range(len(label)):
             side = 0 if label[group] == owner[i] else 1
+            middle = to_tool(frame, group_centre[group])
             for box in boxes[i]:
+                if _outside(middle, box, group_radius[group]):
+                    continue
                 ways[:] = 0.0
                 count = 0
                 for block in range(group_start[group], group_start[group + 1]):
