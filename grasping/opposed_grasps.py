@@ -172,15 +172,12 @@ class _Surroundings:
                 palm[None],
                 np.zeros(1),
                 np.array([list(self._surfaces).index(label)]),
-                blocks.points,
-                (blocks.blocks.start, blocks.blocks.centre, blocks.blocks.radius),
-                (blocks.groups.start, blocks.groups.centre, blocks.groups.radius),
+                blocks.columns,
                 blocks.label,
                 np.zeros((0, 2, 3)),
                 boxes,
                 0.0,
-                COARSE_RANK,
-                (np.full(1, -np.inf), np.array([[-np.inf, FAR]])),
+                (COARSE_RANK, np.full(1, -np.inf), np.array([[-np.inf, FAR]])),
             )[0, 1]
         )
 

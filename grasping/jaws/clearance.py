@@ -117,15 +117,12 @@ def hand_clearances(
         candidates.tip,
         0.5 * opening,
         candidates.object,
-        blocks.points,
-        (blocks.blocks.start, blocks.blocks.centre, blocks.blocks.radius),
-        (blocks.groups.start, blocks.groups.centre, blocks.groups.radius),
+        blocks.columns,
         blocks.label,
         finger,
         hand.fixed_boxes(),
         APPROACH,
-        rank,
-        (least, most),
+        (rank, least, most),
     )
 
 

@@ -1,4 +1,7 @@
-"""Compiled tests of candidate poses against surface points."""
+"""Compiled tests of candidate poses against surface points.
+
+Loops over points have no branches, so that the compiler computes several points at once.
+"""
 
 from __future__ import annotations
 
@@ -15,26 +18,43 @@ BLOCKED = -0.012
 
 
 class Boxes(NamedTuple):
-    """The boxes of a hand."""
+    """The boxes of a hand, and what is computed of them."""
 
     boxes: NDArray[np.float64]
     """Boxes of the finger at +x, then those of the palm and the camera, (b, 2, 3), m."""
     fingers: int
     """Number of boxes of the finger. Their x counts from the pad, on both sides."""
-    finger_hull: NDArray[np.float64]
-    """Box around those of the finger, (2, 3), m."""
-    fixed_hull: NDArray[np.float64]
-    """Box around the others, (2, 3), m."""
+    moving: bool
+    """Whether values are those of :func:`_travel_values`, else those of `_distance_values`."""
+    length: float
+    """Length by which the boxes reach back, m, or the allowance of the travel."""
+
+
+class Memory(NamedTuple):
+    """Arrays that are overwritten for each part of the points."""
+
+    local: NDArray[np.float64]
+    """Points in the tool frame, (3, N), m."""
+    near: NDArray[np.float64]
+    """Values of the groups for each box, and the least ones, (b + 1, G), m."""
+    gap: NDArray[np.float64]
+    """The same of the blocks of a group, (b + 1, B), m."""
+    value: NDArray[np.float64]
+    """Values of the points of a block, (N,), m."""
+    group_order: NDArray[np.int64]
+    """Groups, the nearest first, (G,)."""
+    order: NDArray[np.int64]
+    """Blocks of a group that may count, the nearest first, (B,)."""
+    zeros: NDArray[np.float64]
+    """The radius of points, (N,), m."""
 
 
 @njit(cache=True)
-def clearances(
-    rotation, tip, half, owner, points, blocks, groups, label, finger, fixed, sweep, rank, limits
-):
+def clearances(rotation, tip, half, owner, points, label, finger, fixed, sweep, limits):
     """Return the clearance of each candidate from its own object's points and from others', (n, 2).
 
     The clearance is the signed distance of a point from the hand's boxes, m: the third smallest one
-    if `rank` is 3. It is negative inside. Single points are noise. The boxes reach back by the
+    if the rank is 3. It is negative inside. Single points are noise. The boxes reach back by the
     approach.
 
     Parameters
@@ -45,84 +65,69 @@ def clearances(
         Half of the opening, (n,), m.
     owner
         Object of each candidate, (n,).
-    points, blocks, groups, label
-        Fields of :class:`.PointBlocks`; start, centre and radius of both sets of spheres.
+    points, label
+        `columns` and `label` of :class:`.PointBlocks`.
     finger
         Boxes of the finger at +x, (f, 2, 3), m.
     fixed
         Boxes of the palm and the camera, (p, 2, 3), m.
     sweep
         Length of the straight approach, m.
-    rank
-        Number of the distance that counts, from the smallest, at least 1.
     limits
-        Clearance below which a candidate is given up, (n,), m, and largest clearances, (n, 2), m.
-        A value below the first one is an upper bound. Points beyond the second ones do not count.
+        Rank: number of the distance that counts, from the smallest, at least 1. Clearance below
+        which a candidate is given up, (n,), m. Largest clearances, (n, 2), m. A value below the
+        second one is an upper bound. Points beyond the third ones do not count.
     """
-    least, most = limits
-    start, centre, radius = blocks
-    group_start, group_centre, group_radius = groups
-    n = len(tip)
-    out = np.empty((n, 2))
+    rank, least, most = limits
+    hand = Boxes(np.concatenate((finger, fixed)), len(finger), False, sweep)
+    memory = _memory(points, hand)
+    out = np.empty((len(tip), 2))
+    side = np.empty(len(label), np.int64)
     low = np.empty((2, rank))
-    last = rank - 1
-    hand = Boxes(np.concatenate((finger, fixed)), len(finger), _hull(finger), _hull(fixed))
-    chosen = np.empty(len(hand.boxes), np.int64)
-    near = np.empty(len(label))
-    for i in range(n):
+    for i in range(len(tip)):
         low[0], low[1] = most[i, 0], most[i, 1]
-        frame = tool_frame(rotation[i], tip[i])
         for group in range(len(label)):
-            at = to_tool(frame, group_centre[group])
-            reach = FAR + group_radius[group]
-            few = _near_boxes(at, half[i], hand, False, sweep, reach, chosen)
-            near[group] = _nearest(few, chosen, at, half[i], hand, False, sweep, reach)
-            near[group] -= group_radius[group]
-        for group in np.argsort(near):
-            side = 0 if label[group] == owner[i] else 1
-            if near[group] >= low[side, last]:
-                continue
-            for block in range(group_start[group], group_start[group + 1]):
-                if low[side, last] < least[i]:
-                    break
-                at = to_tool(frame, centre[block])
-                reach = low[side, last] + radius[block]
-                few = _near_boxes(at, half[i], hand, False, sweep, reach, chosen)
-                if few == 0:
-                    continue
-                for k in range(start[block], start[block + 1]):
-                    at = to_tool(frame, points[k])
-                    bound = low[side, last]
-                    distance = _nearest(few, chosen, at, half[i], hand, False, sweep, bound)
-                    if distance < bound:
-                        _insert(low[side], distance)
-            if low[side, last] < least[i]:
-                break
-        out[i, 0] = low[0, last]
-        out[i, 1] = low[1, last]
+            side[group] = 0 if label[group] == owner[i] else 1
+        frame = tool_frame(rotation[i], tip[i])
+        _lower(low, side, frame, half[i], hand, points, least[i], memory)
+        out[i, 0], out[i, 1] = low[0, rank - 1], low[1, rank - 1]
     return out
 
 
 @njit(cache=True)
-def _hull(boxes):
-    """Return the box around boxes, (2, 3), m."""
-    hull = np.empty((2, 3))
-    hull[0], hull[1] = np.inf, -np.inf
-    for box in boxes:
-        for k in range(3):
-            hull[0, k] = min(hull[0, k], box[0, k])
-            hull[1, k] = max(hull[1, k], box[1, k])
-    return hull
+def travels(rotation, start, half, points, finger, fixed, length, allowance, rank):
+    """Return the travel of boxes until they touch the point of a rank, (n,), m.
 
+    The travel is negative where that point lies inside a box at the start.
 
-@njit(cache=True)
-def _insert(low, value):
-    """Insert a value into a sorted array, and drop its last one."""
-    place = len(low) - 1
-    while place > 0 and low[place - 1] > value:
-        low[place] = low[place - 1]
-        place -= 1
-    low[place] = value
+    Parameters
+    ----------
+    rotation, start
+        Tool frames at the start, (n, 3, 3) and (n, 3), m.
+    half
+        Half of the opening, (n,), m.
+    points
+        `columns` of :class:`.PointBlocks`.
+    finger, fixed
+        Boxes of the finger at +x, and of the palm, (k, 2, 3), m.
+    length
+        Maximum travel, m.
+    allowance
+        Width by which the boxes are smaller across the approach, m.
+    rank
+        Number of the point that counts, from the first one.
+    """
+    hand = Boxes(np.concatenate((finger, fixed)), len(finger), True, allowance)
+    memory = _memory(points, hand)
+    out = np.empty(len(start))
+    side = np.zeros(memory.near.shape[1], np.int64)
+    low = np.empty((1, rank))
+    for i in range(len(start)):
+        low[:] = length
+        frame = tool_frame(rotation[i], start[i])
+        _lower(low, side, frame, half[i], hand, points, -np.inf, memory)
+        out[i] = low[0, rank - 1]
+    return out
 
 
 @njit(cache=True)
@@ -151,136 +156,157 @@ def dot(a, b):
 
 
 @njit(cache=True)
-def _near_boxes(at, half, hand, moving, length, bound, chosen):
-    """Return the number of boxes with a value below `bound` at a point in the tool frame.
+def columns_to_tool(frame, points, first, last, local):
+    """Write the points from `first` to `last` (3, N) in the tool frame into the array `local`."""
+    x, y, z, tip = frame
+    px, py, pz = points[0, first:last], points[1, first:last], points[2, first:last]
+    lx, ly, lz = local[0], local[1], local[2]
+    for k in range(len(px)):
+        dx, dy, dz = px[k] - tip[0], py[k] - tip[1], pz[k] - tip[2]
+        lx[k] = x[0] * dx + x[1] * dy + x[2] * dz
+        ly[k] = y[0] * dx + y[1] * dy + y[2] * dz
+        lz[k] = z[0] * dx + z[1] * dy + z[2] * dz
 
-    The value is that of :func:`_box_travel` if the hand is `moving`, else of `_box_distance`. The
-    indices of the boxes are written into `chosen`.
+
+@njit(cache=True)
+def _memory(points, hand):
+    cloud, blocks, groups = points
+    n, b = max(cloud.shape[1], 1), len(hand.boxes)
+    return Memory(
+        np.empty((3, n)),
+        np.empty((b + 1, len(groups[2]))),
+        np.empty((b + 1, len(blocks[2]))),
+        np.empty(n),
+        np.empty(len(groups[2]), np.int64),
+        np.empty(len(blocks[2]), np.int64),
+        np.zeros(n),
+    )
+
+
+@njit(cache=True)
+def _lower(low, side, frame, half, hand, points, least, memory):
+    """Insert the least values of points into the sorted rows of `low` (sides, rank).
+
+    A value counts for the side (G,) of its group. The search ends when a side's last value is below
+    `least`.
     """
-    x, y, z = at
-    side = abs(x) - half
-    count = 0
-    if _box_value(side, y, z, hand.finger_hull, moving, length, bound) < bound:
-        for b in range(hand.fingers):
-            if _box_value(side, y, z, hand.boxes[b], moving, length, bound) < bound:
-                chosen[count] = b
-                count += 1
-    if _box_value(x, y, z, hand.fixed_hull, moving, length, bound) < bound:
-        for b in range(hand.fingers, len(hand.boxes)):
-            if _box_value(x, y, z, hand.boxes[b], moving, length, bound) < bound:
-                chosen[count] = b
-                count += 1
+    cloud, blocks, groups = points
+    last = low.shape[1] - 1
+    near, gap = memory.near, memory.gap
+    count = _values(frame, half, hand, groups[1:], (0, len(side)), memory.local, near)
+    for group in memory.group_order[: _nearest(near[-1, :count], np.inf, memory.group_order)]:
+        row = low[side[group]]
+        if near[-1, group] >= row[last]:
+            continue
+        span = groups[0][group], groups[0][group + 1]
+        count = _values(frame, half, hand, blocks[1:], span, memory.local, gap)
+        for place in memory.order[: _nearest(gap[-1, :count], row[last], memory.order)]:
+            if gap[-1, place] >= row[last] or row[last] < least:
+                break
+            begin, end = blocks[0][span[0] + place], blocks[0][span[0] + place + 1]
+            columns_to_tool(frame, cloud, begin, end, memory.local)
+            value = memory.value[: end - begin]
+            value[:] = np.inf
+            for b in range(len(hand.boxes)):
+                if gap[b, place] < row[last]:
+                    _box_values(memory.local, memory.zeros, half, hand, b, value)
+            for k in range(len(value)):
+                if value[k] < row[last]:
+                    _insert(row, value[k])
+        if row[last] < least:
+            break
+
+
+@njit(cache=True)
+def _values(frame, half, hand, spheres, span, local, out):
+    """Write the least values of points in spheres for each box, and of all, into `out` (b + 1, n).
+
+    `spheres` are centres (3, N) and radii, and `span` is the first one and the end. Returns n.
+    """
+    centre, radius = spheres
+    count = span[1] - span[0]
+    columns_to_tool(frame, centre, span[0], span[1], local)
+    out[:, :count] = np.inf
+    whole = out[-1, :count]
+    for b in range(len(hand.boxes)):
+        row = out[b, :count]
+        _box_values(local, radius[span[0] : span[1]], half, hand, b, row)
+        for k in range(count):
+            whole[k] = row[k] if row[k] < whole[k] else whole[k]
     return count
 
 
 @njit(cache=True)
-def _nearest(few, chosen, at, half, hand, moving, length, bound):
-    """Return the least value of the first `few` chosen boxes at a point, at most `bound`, m."""
-    x, y, z = at
-    side = abs(x) - half
-    for k in range(few):
-        b = chosen[k]
-        across = side if b < hand.fingers else x
-        bound = min(bound, _box_value(across, y, z, hand.boxes[b], moving, length, bound))
-    return bound
+def _nearest(value, bound, order):
+    """Write the places of the values below a bound into `order`, sorted; return their number."""
+    count = 0
+    for k in range(len(value)):
+        if value[k] < bound:
+            place = count
+            while place > 0 and value[order[place - 1]] > value[k]:
+                order[place] = order[place - 1]
+                place -= 1
+            order[place] = k
+            count += 1
+    return count
 
 
 @njit(cache=True)
-def _box_value(x, y, z, box, moving, length, bound):
-    if moving:
-        return _box_travel(x, y, z, box, length, bound)
-    return _box_distance(x, y, z, box, length, bound)
+def _insert(low, value):
+    """Insert a value into a sorted array, and drop its last one."""
+    place = len(low) - 1
+    while place > 0 and low[place - 1] > value:
+        low[place] = low[place - 1]
+        place -= 1
+    low[place] = value
 
 
 @njit(cache=True)
-def _box_distance(x, y, z, box, sweep, bound):
-    """Return the signed distance of a point from a box that reaches back by `sweep`, m.
-
-    Distances above `bound` are returned as infinity.
-    """
-    qx = max(box[0, 0] - x, x - box[1, 0])
-    if qx > bound:
-        return np.inf
-    qy = max(box[0, 1] - y, y - box[1, 1])
-    if qy > bound:
-        return np.inf
-    qz = max(box[0, 2] - sweep - z, z - box[1, 2])
-    if qz > bound:
-        return np.inf
-    largest = max(qx, max(qy, qz))
-    if largest <= 0.0:
-        return largest
-    return np.sqrt(max(qx, 0.0) ** 2 + max(qy, 0.0) ** 2 + max(qz, 0.0) ** 2)
+def _box_values(local, radius, half, hand, b, out):
+    """Lower the values in `out` to those of a box, less the radius of the spheres."""
+    # The finger's box stands for those of both fingers.
+    both = b < hand.fingers
+    if hand.moving:
+        _travel_values(local, radius, half, both, hand.boxes[b], hand.length, out)
+    else:
+        _distance_values(local, radius, half, both, hand.boxes[b], hand.length, out)
 
 
 @njit(cache=True)
-def travels(rotation, start, half, points, blocks, groups, finger, fixed, length, allowance, rank):
-    """Return the travel of boxes until they touch the point of a rank, (n,), m.
-
-    The travel is negative where that point lies inside a box at the start.
-
-    Parameters
-    ----------
-    rotation, start
-        Tool frames at the start, (n, 3, 3) and (n, 3), m.
-    half
-        Half of the opening, (n,), m.
-    points, blocks, groups
-        Points (N, 3), and start, centre and radius of the spheres around blocks and groups.
-    finger, fixed
-        Boxes of the finger at +x, and of the palm, (k, 2, 3), m.
-    length
-        Maximum travel, m.
-    allowance
-        Width by which the boxes are smaller across the approach, m.
-    rank
-        Number of the point that counts, from the first one.
-    """
-    first, centre, radius = blocks
-    group_first, group_centre, group_radius = groups
-    n = len(start)
-    out = np.full(n, length)
-    found = np.empty(rank)
-    last = rank - 1
-    hand = Boxes(np.concatenate((finger, fixed)), len(finger), _hull(finger), _hull(fixed))
-    chosen = np.empty(len(hand.boxes), np.int64)
-    near = np.empty(len(group_radius))
-    for i in range(n):
-        found[:] = length
-        frame = tool_frame(rotation[i], start[i])
-        for group in range(len(near)):
-            reach = group_radius[group]
-            at = to_tool(frame, group_centre[group])
-            bound, narrow = length + reach, allowance - reach
-            few = _near_boxes(at, half[i], hand, True, narrow, bound, chosen)
-            near[group] = _nearest(few, chosen, at, half[i], hand, True, narrow, bound) - reach
-        for group in np.argsort(near):
-            if near[group] >= found[last]:
-                break
-            for block in range(group_first[group], group_first[group + 1]):
-                reach = radius[block]
-                at = to_tool(frame, centre[block])
-                bound, narrow = found[last] + reach, allowance - reach
-                few = _near_boxes(at, half[i], hand, True, narrow, bound, chosen)
-                if few == 0:
-                    continue
-                for k in range(first[block], first[block + 1]):
-                    at = to_tool(frame, points[k])
-                    bound = found[last]
-                    value = _nearest(few, chosen, at, half[i], hand, True, allowance, bound)
-                    if value < bound:
-                        _insert(found, value)
-        out[i] = found[last]
-    return out
+def _distance_values(local, radius, half, both, box, sweep, out):
+    """Lower values to the signed distances from a box that reaches back by `sweep`, m."""
+    lx, ly, lz = local[0], local[1], local[2]
+    x0, y0, z0 = box[0, 0], box[0, 1], box[0, 2] - sweep
+    x1, y1, z1 = box[1, 0], box[1, 1], box[1, 2]
+    for k in range(len(out)):
+        x = abs(lx[k]) - half if both else lx[k]
+        qx = _larger(x0 - x, x - x1)
+        qy = _larger(y0 - ly[k], ly[k] - y1)
+        qz = _larger(z0 - lz[k], lz[k] - z1)
+        inside = _larger(qx, _larger(qy, qz))
+        inside = inside if inside < 0.0 else 0.0
+        qx, qy, qz = _larger(qx, 0.0), _larger(qy, 0.0), _larger(qz, 0.0)
+        value = inside + np.sqrt(qx * qx + qy * qy + qz * qz) - radius[k]
+        out[k] = value if value < out[k] else out[k]
 
 
 @njit(cache=True)
-def _box_travel(x, y, z, box, allowance, bound):
-    """Return the travel until a box touches a point, m; `bound` if that is never."""
-    if x < box[0, 0] + allowance or x > box[1, 0] - allowance:
-        return bound
-    if y < box[0, 1] + allowance or y > box[1, 1] - allowance:
-        return bound
-    if z < box[0, 2] + allowance:
-        return bound
-    return z - box[1, 2]
+def _travel_values(local, radius, half, both, box, allowance, out):
+    """Lower values to the travels until a box touches points, m."""
+    lx, ly, lz = local[0], local[1], local[2]
+    x0, y0, z0 = box[0, 0], box[0, 1], box[0, 2]
+    x1, y1, z1 = box[1, 0], box[1, 1], box[1, 2]
+    for k in range(len(out)):
+        x = abs(lx[k]) - half if both else lx[k]
+        less = allowance - radius[k]
+        qx = _larger(x0 - x, x - x1)
+        qy = _larger(y0 - ly[k], ly[k] - y1)
+        beside = _larger(_larger(qx, qy), z0 - lz[k]) + less
+        value = lz[k] - z1 - radius[k] if beside <= 0.0 else np.inf
+        out[k] = value if value < out[k] else out[k]
+
+
+@njit(cache=True)
+def _larger(a, b):
+    """Return the larger number. `max` would handle NaN, one point at a time."""
+    return a if a > b else b

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,10 @@ BLOCK = 0.02
 """Side of a block, m: about the width of a finger."""
 _BITS = 16
 """Bits of the index of a block along each axis: 1.3 km."""
+
+_Parts = tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]
+Columns = tuple[NDArray[np.float64], _Parts, _Parts]
+"""Points and spheres as arrays with a row for each coordinate."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,6 +45,15 @@ class PointBlocks:
     """Object of each group, (G,); -1 for none."""
     order: NDArray[np.int64]
     """Index of each point in the joined groups, (N,)."""
+
+    @cached_property
+    def columns(self) -> Columns:
+        """The points (3, N), and start, centre (3, n) and radius of blocks and groups, for kernels."""
+        return (
+            np.ascontiguousarray(self.points.T),
+            (self.blocks.start, np.ascontiguousarray(self.blocks.centre.T), self.blocks.radius),
+            (self.groups.start, np.ascontiguousarray(self.groups.centre.T), self.groups.radius),
+        )
 
 
 def point_blocks(

@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 
 from .grasp import APPROACH
-from .kernels import to_tool, tool_frame
+from .kernels import columns_to_tool, tool_frame
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -56,70 +56,101 @@ def sunk_depths(
     return _sunk_depths(
         (candidates.rotation, candidates.tip, candidates.object),
         boxes,
-        blocks.points,
-        (blocks.blocks.start, blocks.blocks.centre, blocks.blocks.radius),
-        (blocks.groups.start, blocks.groups.centre, blocks.groups.radius),
+        blocks.columns,
         blocks.label,
     )
 
 
 @njit(cache=True)
-def _sunk_depths(candidates, boxes, points, blocks, groups, label):
+def _sunk_depths(candidates, boxes, points, label):
     """Return the depths (n, 2) of candidates: their rotation, tip and object.
 
-    `boxes` (n, B, 2, 3) are those of the hand in the tool frame, `blocks` start, centre and radius
-    of the blocks of points, `groups` those of the groups of blocks, and `label` (G,) their objects.
+    `boxes` (n, B, 2, 3) are those of the hand in the tool frame, `points` are `columns` and `label`
+    the `label` of :class:`.PointBlocks`.
     """
     rotation, tip, owner = candidates
-    group_start, group_centre, group_radius = groups
-    start, centre, radius = blocks
+    cloud, (start, centre, radius), (group_start, group_centre, group_radius) = points
     out = np.zeros((len(tip), 2))
-    ways = np.empty((WAYS, NOISE_POINTS + 1))
+    count = np.empty(boxes.shape[1], np.int64)
+    ways = np.empty((len(count), WAYS, NOISE_POINTS + 1))
+    near = np.empty(len(count), np.bool_)
+    middles, spheres = np.empty((3, len(label))), np.empty((3, len(radius)))
+    local = np.empty((3, cloud.shape[1]))
     for i in range(len(tip)):
         frame = tool_frame(rotation[i], tip[i])
+        columns_to_tool(frame, group_centre, 0, len(label), middles)
         for group in range(len(label)):
-            side = 0 if label[group] == owner[i] else 1
-            middle = to_tool(frame, group_centre[group])
-            for box in boxes[i]:
-                if _outside(middle, box, group_radius[group]):
+            if not _near_boxes(middles, group, boxes[i], group_radius[group], near):
+                continue
+            ways[:] = 0.0
+            count[:] = 0
+            first, last = group_start[group], group_start[group + 1]
+            columns_to_tool(frame, centre, first, last, spheres)
+            for block in range(first, last):
+                if not _near_boxes(spheres, block - first, boxes[i], radius[block], near):
                     continue
-                ways[:] = 0.0
-                count = 0
-                for block in range(group_start[group], group_start[group + 1]):
-                    at = to_tool(frame, centre[block])
-                    if _outside(at, box, radius[block]):
-                        continue
-                    for k in range(start[block], start[block + 1]):
-                        at = to_tool(frame, points[k])
-                        if not _outside(at, box, 0.0):
-                            count += 1
-                            _add_point(ways, at, box)
-                rank = min(max(count // NOISE_SHARE, 1), NOISE_POINTS)
-                out[i, side] = max(out[i, side], ways[:, rank].min())
+                begin, end = start[block], start[block + 1]
+                columns_to_tool(frame, cloud, begin, end, local)
+                for b in range(len(count)):
+                    if near[b]:
+                        count[b] += _add_points(ways[b], local, end - begin, boxes[i, b])
+            side = 0 if label[group] == owner[i] else 1
+            for b in range(len(count)):
+                rank = min(max(count[b] // NOISE_SHARE, 1), NOISE_POINTS)
+                out[i, side] = max(out[i, side], ways[b, :, rank].min())
     return out
 
 
 @njit(cache=True)
-def _outside(at, box, margin):
-    """Return whether a point is farther outside a box than the margin along some axis."""
-    for axis in range(3):
-        if at[axis] < box[0, axis] - margin or at[axis] > box[1, axis] + margin:
-            return True
-    return False
+def _near_boxes(points, k, boxes, margin, near):
+    """Write whether a point is within a margin of each box; return whether it is of any."""
+    found = False
+    for b in range(len(boxes)):
+        near[b] = not _outside(points, k, boxes[b], margin)
+        found |= near[b]
+    return found
 
 
 @njit(cache=True)
-def _add_point(ways, at, box):
-    """Insert the ways of a box out of a point into the largest ones so far, in falling order."""
-    for way in range(WAYS):
-        axis = way // 2
-        # The last way is back: the tip must pass the point.
-        forwards = way % 2 == 0
-        value = box[1, axis] - at[axis] if forwards else at[axis] - box[0, axis]
-        place = len(ways[way])
-        while place > 0 and ways[way, place - 1] < value:
-            place -= 1
-        for k in range(len(ways[way]) - 1, place, -1):
-            ways[way, k] = ways[way, k - 1]
-        if place < len(ways[way]):
-            ways[way, place] = value
+def _add_points(ways, points, count, box):
+    """Insert the ways out of a box of all points inside it into the largest ones; return their
+    number.
+
+    The last way is back: the tip must pass the point.
+    """
+    inside = 0
+    for k in range(count):
+        if not _outside(points, k, box, 0.0):
+            inside += 1
+            _insert_large(ways[0], box[1, 0] - points[0, k])
+            _insert_large(ways[1], points[0, k] - box[0, 0])
+            _insert_large(ways[2], box[1, 1] - points[1, k])
+            _insert_large(ways[3], points[1, k] - box[0, 1])
+            _insert_large(ways[4], box[1, 2] - points[2, k])
+    return inside
+
+
+@njit(cache=True)
+def _insert_large(large, value):
+    """Insert a value into an array in falling order, and drop its last one."""
+    place = len(large) - 1
+    if value <= large[place]:
+        return
+    while place > 0 and large[place - 1] < value:
+        large[place] = large[place - 1]
+        place -= 1
+    large[place] = value
+
+
+@njit(cache=True)
+def _outside(points, k, box, margin):
+    """Return whether a point is farther outside a box than the margin along some axis."""
+    x, y, z = points[0, k], points[1, k], points[2, k]
+    return (
+        (x < box[0, 0] - margin)
+        | (x > box[1, 0] + margin)
+        | (y < box[0, 1] - margin)
+        | (y > box[1, 1] + margin)
+        | (z < box[0, 2] - margin)
+        | (z > box[1, 2] + margin)
+    )

@@ -41,15 +41,12 @@ def test_clearances(rank):
         tip,
         half,
         owner,
-        blocks.points,
-        (blocks.blocks.start, blocks.blocks.centre, blocks.blocks.radius),
-        (blocks.groups.start, blocks.groups.centre, blocks.groups.radius),
+        blocks.columns,
         blocks.label,
         FINGER,
         HAND.fixed_boxes(),
         0.05,
-        rank,
-        (least, most),
+        (rank, least, most),
     )
     for i in range(40):
         local = (points - tip[i]) @ rotation[i]
@@ -86,9 +83,7 @@ def test_travels(rank):
         rotation,
         start,
         half,
-        blocks.points,
-        (blocks.blocks.start, blocks.blocks.centre, blocks.blocks.radius),
-        (blocks.groups.start, blocks.groups.centre, blocks.groups.radius),
+        blocks.columns,
         FINGER,
         HAND.fixed_boxes(),
         0.05,
