@@ -46,7 +46,7 @@ def lowest_height(
     candidates: Candidates, support: SupportPlane, hand: ParallelHand
 ) -> NDArray[np.float64]:
     """Return the height of the lowest corner of the open hand above the support, (n,), m."""
-    boxes = np.concatenate([hand.jaw_boxes(hand.stroke), hand.fixed_boxes()])
+    boxes = hand.open_boxes
     middle, half = boxes.mean(axis=1), 0.5 * (boxes[:, 1] - boxes[:, 0])
     local_up = support.normal @ candidates.rotation
     low = local_up @ middle.T - np.abs(local_up) @ half.T

@@ -48,7 +48,7 @@ class PointBlocks:
 
     @cached_property
     def columns(self) -> Columns:
-        """The points (3, N), and start, centre (3, n) and radius of blocks and groups, for kernels."""
+        """Points (3, N), and start, centre (3, n) and radius of blocks and of groups."""
         return (
             np.ascontiguousarray(self.points.T),
             (self.blocks.start, np.ascontiguousarray(self.blocks.centre.T), self.blocks.radius),

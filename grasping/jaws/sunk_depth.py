@@ -113,11 +113,7 @@ def _near_boxes(points, k, boxes, margin, near):
 
 @njit(cache=True)
 def _add_points(ways, points, count, box):
-    """Insert the ways out of a box of all points inside it into the largest ones; return their
-    number.
-
-    The last way is back: the tip must pass the point.
-    """
+    """Insert the ways of the points inside a box into the largest ones; return their number."""
     inside = 0
     for k in range(count):
         if not _outside(points, k, box, 0.0):
@@ -126,6 +122,7 @@ def _add_points(ways, points, count, box):
             _insert_large(ways[1], points[0, k] - box[0, 0])
             _insert_large(ways[2], box[1, 1] - points[1, k])
             _insert_large(ways[3], points[1, k] - box[0, 1])
+            # The last way is back: the tip must pass the point.
             _insert_large(ways[4], box[1, 2] - points[2, k])
     return inside
 

@@ -21,6 +21,9 @@ BEHIND = 0.015
 """Distance behind a visible point from which a place is hidden, m."""
 
 
+_Place = tuple["NDArray[np.int64]", "NDArray[np.float64]"]
+
+
 class HiddenSpace:
     """The space that the objects of a scene hide from the camera.
 
@@ -77,8 +80,9 @@ class HiddenSpace:
         palm = np.broadcast_to(self._palm, (count, *self._palm.shape))
         local = np.concatenate([fingers.reshape(count, -1, 3), palm], axis=1)
         world = local @ candidates.rotation.transpose(0, 2, 1) + candidates.tip[:, None]
-        others = self._hidden(world.reshape(-1, 3), int(candidates.object[0]))
-        own = self.hides(world.reshape(-1, 3)) & ~others
+        place = self._seen_from_camera(world.reshape(-1, 3))
+        others = self._covered(place, int(candidates.object[0]))
+        own = self._covered(place, -1) & ~others
         others, own = others.reshape(count, -1), own.reshape(count, -1)
         tips, each = 2 * len(places), (count, 2, -1)
         before_palm = own[:, tips:].mean(axis=1, keepdims=True)
@@ -89,13 +93,17 @@ class HiddenSpace:
         """Return which points (n, 3), m, any object hides, (n,)."""
         if len(self._owner) == 0 or len(points) == 0:
             return np.zeros(len(points), bool)
-        return self._hidden(points, -1)
+        return self._covered(self._seen_from_camera(points), -1)
 
-    def _hidden(self, points: NDArray[np.float64], number: int) -> NDArray[np.bool_]:
-        """Return which points (n, 3) objects hide, except that with the number, (n,)."""
+    def _seen_from_camera(self, points: NDArray[np.float64]) -> _Place:
+        """Return the cells (2, n) of points (n, 3), and their distances (n,), m."""
         where, distance = _cells(points - self._origin, self._frame)
-        place = np.clip(where - self._low, 0, self._size - 1)
-        return self._image(number)[place[:, 0], place[:, 1]] < distance - BEHIND
+        return np.clip(where - self._low, 0, self._size - 1).T, distance
+
+    def _covered(self, place: _Place, number: int) -> NDArray[np.bool_]:
+        """Return which places objects hide, except that with the number, (n,)."""
+        (row, column), distance = place
+        return self._image(number)[row, column] < distance - BEHIND
 
     def _image(self, number: int) -> NDArray[np.float64]:
         """Return the ranges of the other objects' points in cells of directions, m."""
