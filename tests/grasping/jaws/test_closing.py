@@ -12,6 +12,7 @@ from jaw_scenes import box, can, scene_of
 from eyehand.grasping import load_hand
 from eyehand.grasping.jaws.best_first import _closing_clearance, scene_tests
 from eyehand.grasping.jaws.candidates import Candidates
+from eyehand.grasping.jaws.kernels import FAR
 from eyehand.grasping.jaws.options import JawOptions
 from eyehand.grasping.jaws.surface_model import object_surface
 
@@ -38,4 +39,4 @@ def test_clearance_counts_what_fingers_meet_while_they_close(gap, low, high):
         contact=SimpleNamespace(width=np.array([0.02])),
         opening=np.array([0.08]),
     )
-    assert low <= _closing_clearance(part, tests)[0] <= high
+    assert low <= _closing_clearance(part, np.array([FAR]), tests)[0] <= high
