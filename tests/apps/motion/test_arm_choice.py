@@ -10,6 +10,7 @@ import pytest
 from scipy.spatial.transform import RigidTransform
 
 from eyehand.apps.main import main
+from eyehand.apps.motion import evaluate
 from eyehand.apps.motion.arm_choice import (
     carry_hand,
     choose_arm,
@@ -125,7 +126,8 @@ def test_mount_moves_the_hand(tmp_path):
 
 
 @needs_files
-def test_command_names_the_arm_and_runs_the_baseline(tmp_path, capsys):
+def test_command_names_the_arm_and_runs_the_baseline(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(evaluate, "QUICK_MOVING", 1)
     with pytest.raises(SystemExit) as exit_info:
         main(
             [

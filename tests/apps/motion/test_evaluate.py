@@ -43,7 +43,8 @@ def outcome(**changed) -> ReachOutcome:
     return ReachOutcome(**{**plain, **changed})
 
 
-def test_quick_run_prints_a_row_per_method_and_writes_its_files(tmp_path, capsys):
+def test_quick_run_prints_a_row_per_method_and_writes_its_files(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(evaluate, "QUICK_MOVING", 1)
     code, out, err = run(
         *("--quick", "--scenes", 2, "--seed", 3, "--boxes", 2, "--out", tmp_path, "--json"),
         *("--only", "null space only", "--only", "default", "--only", "mink"),
