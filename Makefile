@@ -30,11 +30,12 @@ kernels: ready ## compile the kernels that a pick uses (once, one to two minutes
 # One thread per worker: the workers already fill the cores.
 test test-slow: export OMP_NUM_THREADS = 1
 test test-slow: export OPENBLAS_NUM_THREADS = 1
+# With worksteal, a worker runs neighbouring tests, which share fixtures, and none is idle at the end.
 test: ready ## run the tests without the slow ones, in one process per core
-	@$(BIN)/pytest -n $(WORKERS) -m "not slow" $(ARGS)
+	@$(BIN)/pytest -n $(WORKERS) --dist worksteal -m "not slow" $(ARGS)
 
 test-slow: ready ## run the slow tests: whole stress sweeps and long trials
-	@$(BIN)/pytest -n $(WORKERS) -m slow $(ARGS)
+	@$(BIN)/pytest -n $(WORKERS) --dist worksteal -m slow $(ARGS)
 
 check: ready ## lint, formatting and types
 	@$(BIN)/ruff check
