@@ -98,6 +98,8 @@ class ClutterTrial:
     """Name or file of the hand."""
     split: Split = "all"
     """Which objects are drawn."""
+    density: float | None = None
+    """Mass over volume of the objects, kg/m³; None for the masses of the files."""
     count: int = 5
     """Number of objects."""
     changes: Changes = Changes()
@@ -139,7 +141,7 @@ def run_clutter_round(trial: dict[str, Any]) -> dict[str, Any]:
     settings = ClutterTrial(**{**trial, "changes": changes})
     objects = [
         replace(item, mass=changes.mass_factor * item.mass)
-        for item in _objects(settings.objects, settings.split)
+        for item in _objects(settings.objects, settings.split, settings.density)
     ]
     hand = load_hand(settings.hand)
     rng = np.random.default_rng([settings.seed, len(settings.family)])
@@ -187,15 +189,17 @@ def run_clutter_round(trial: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-def clutter_objects(folder: str, split: Split) -> tuple[PieceObject, ...]:
+def clutter_objects(
+    folder: str, split: Split, density: float | None = None
+) -> tuple[PieceObject, ...]:
     """Return the objects of a folder, all or a half by their names.
 
     Raises
     ------
     InputError
-        If the folder cannot be read, or the half is empty.
+        If the folder cannot be read, the half is empty, or the density is not positive.
     """
-    found = read_piece_objects(folder)
+    found = read_piece_objects(folder, density)
     return select_half(found, [item.name for item in found], split)
 
 

@@ -14,7 +14,7 @@ from eyehand.errors import InputError
 from eyehand.perception.io import read_mesh
 
 from ..mujoco_import import import_mujoco
-from .convex_pieces import connected_parts
+from .convex_pieces import convex_pieces
 from .object_folder import URDF_SUFFIX, read_objects
 from .tabletop_spec import PHYSICS_GROUP
 
@@ -57,11 +57,12 @@ class PieceObject:
         return np.concatenate(self.pieces)
 
 
-def read_piece_objects(folder: Path | str) -> tuple[PieceObject, ...]:
+def read_piece_objects(folder: Path | str, density: float | None = None) -> tuple[PieceObject, ...]:
     """Read the objects of a folder with their convex pieces, sorted by name.
 
-    A file is as :func:`.read_objects` describes it. Each connected part of its collision mesh is a
-    convex piece. A mesh of one part is replaced by its convex hull.
+    Files and density are as :func:`.read_objects` describes them. If each connected part of the
+    collision mesh is a closed convex solid, the parts are the pieces. Otherwise the piece is the
+    convex hull of the mesh: cavities such as that of a cup are then filled.
 
     Raises
     ------
@@ -69,7 +70,7 @@ def read_piece_objects(folder: Path | str) -> tuple[PieceObject, ...]:
         As :func:`.read_objects`.
     """
     found = []
-    for item in read_objects(folder):
+    for item in read_objects(folder, density):
         surface = _surface(item.file, "visual") or _surface(item.file, "collision")
         solid = _surface(item.file, "collision") or surface
         assert surface is not None
@@ -78,7 +79,7 @@ def read_piece_objects(folder: Path | str) -> tuple[PieceObject, ...]:
             PieceObject(
                 item.file.stem,
                 *surface,
-                tuple(solid[0][np.unique(part)] for part in connected_parts(*solid)),
+                convex_pieces(*solid) or (solid[0],),
                 float(item.mass),
             )
         )

@@ -20,6 +20,7 @@ from .protocol_settings import QUICK_ROUNDS, ProtocolSettings, checked_objects
 from .rates_chart import rates_chart
 from .report import write_report
 from .run_inputs import (
+    Machines,
     check_objects_fit,
     checked_dials,
     checked_machines,
@@ -27,7 +28,7 @@ from .run_inputs import (
     trial_extras,
     with_objects,
 )
-from .stored_run import RunPlan, exit_code, flat_rows, print_run_json, run_plan
+from .stored_run import FinishedRun, RunPlan, exit_code, flat_rows, print_run_json, run_plan
 from .summary_table import grasp_table
 
 OUT = Path("out/evaluate_grasp")
@@ -124,7 +125,8 @@ def evaluate_grasp(
         Print one JSON object on stdout; the table goes to stderr.
     protocol
         clutter-removal: the public protocol of VGN and GIGA, a floating gripper without an arm. It
-        uses --rounds, --seed, --family (packed, pile), --objects, --jobs and the options below.
+        uses --rounds, --seed, --family (packed, pile), --count, --objects, --jobs and the options
+        below.
     rounds
         Rounds of each row of the protocol.
     noise
@@ -158,6 +160,8 @@ def evaluate_grasp(
                 safe_only=safe_only,
                 misplaced=misplaced,
                 split=split,
+                count=count,
+                density=density,
                 jobs=jobs,
             ),
             json=json,
@@ -189,18 +193,7 @@ def evaluate_grasp(
     title = f"{counted(len(seeds), 'scene')} of each row, {seed_span(seed, len(seeds))}"
     show(grasp_table(done.summaries, title), json_wanted=json)
     say(machines.timing_note)
-    source = "simulated arm and hand, one noisy depth view"
-    provenance = Provenance(source, seed, len(seeds), "scene")
-    footer = [
-        title,
-        f"eyehand {metadata.version('eyehand')}, {machine_line()}",
-        machines.timing_note,
-        f"code {source_digest()}; rows: {done.store.folder}",
-    ]
-    chart, page = plan.out / CHART_FILE, plan.out / REPORT_FILE
-    write_chart(rates_chart(done.summaries, provenance), chart, flat_rows(done.summaries))
-    write_report(page, done.summaries, done.records, chart.read_bytes(), footer)
-    say(f"report: {page}; rows: {done.store.folder}")
+    _write_report(plan, done, machines, title)
     if json:
         print_run_json("evaluate_grasp", plan, done, machines)
     return exit_code(done.records, plan.scene_jobs)
@@ -211,3 +204,19 @@ def _run_protocol(settings: ProtocolSettings, *, json: bool) -> int:
     from .protocol import evaluate_protocol
 
     return evaluate_protocol(settings, json=json)
+
+
+def _write_report(plan: RunPlan, done: FinishedRun, machines: Machines, title: str) -> None:
+    """Write chart and report of a run into its folder."""
+    source = "simulated arm and hand, one noisy depth view"
+    provenance = Provenance(source, plan.seeds[0], len(plan.seeds), "scene")
+    footer = [
+        title,
+        f"eyehand {metadata.version('eyehand')}, {machine_line()}",
+        machines.timing_note,
+        f"code {source_digest()}; rows: {done.store.folder}",
+    ]
+    chart, page = plan.out / CHART_FILE, plan.out / REPORT_FILE
+    write_chart(rates_chart(done.summaries, provenance), chart, flat_rows(done.summaries))
+    write_report(page, done.summaries, done.records, chart.read_bytes(), footer)
+    say(f"report: {page}; rows: {done.store.folder}")

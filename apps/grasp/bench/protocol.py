@@ -22,8 +22,9 @@ from ...bench.shares import percent
 from ..clutter_round import Changes, ClutterTrial, clutter_objects, run_clutter_round
 from .jobs import SceneJob
 from .local_runs import run_here
-from .protocol_settings import ProtocolSettings
+from .protocol_settings import PROTOCOL_COUNT, ProtocolSettings
 from .protocol_table import PUBLISHED, calibration_table, failure_line, protocol_table
+from .run_inputs import check_count
 from .summary import rates
 
 BINS = 5
@@ -123,11 +124,12 @@ def protocol_jobs(
         raise InputError(f"--rounds must be >= 1, got {settings.rounds}")
     if not all(0.0 <= error < math.inf for error in settings.misplaced):
         raise InputError(f"--misplaced must be finite and >= 0, got {settings.misplaced}")
+    check_count(settings.count)
     load_hand(settings.hand)
     for family in settings.families:
         if family not in ("packed", "pile"):
             raise InputError(f"--family of this protocol is packed or pile, got {family!r}")
-        clutter_objects(str(_folder(settings.objects, family)), settings.split)
+        clutter_objects(str(_folder(settings.objects, family)), settings.split, settings.density)
     planners = {f", {one.name}": dict(one.dials) for one in dials} or {"": {}}
     return [
         SceneJob(
@@ -143,6 +145,8 @@ def protocol_jobs(
                     safe_only=settings.safe_only,
                     hand=settings.hand,
                     split=settings.split,
+                    density=settings.density,
+                    count=settings.count,
                     changes=Changes(
                         1e-3 * settings.misplaced[0], math.radians(settings.misplaced[1])
                     ),
@@ -163,6 +167,7 @@ def _folder(objects: Path, family: str) -> Path:
 
 def _row_name(settings: ProtocolSettings, family: str, noise: str) -> str:
     words = [family, "dex noise" if noise == "dex" else "no noise"]
+    words += [f"{settings.count} objects"] * (settings.count != PROTOCOL_COUNT)
     words += ["table known"] * settings.known_table + ["table learned"] * settings.learned_table
     words += ["only safe grasps"] * settings.safe_only
     if any(settings.misplaced):
@@ -175,6 +180,7 @@ def _summary(
 ) -> dict[str, Any]:
     """Return the row of one condition."""
     attempts = _attempts(rounds)
+    begun = [one for one in rounds if one["attempts"]]
     light = [attempt for attempt in attempts if not attempt["heavy"]]
     wins = sum(attempt["success"] for attempt in attempts)
     placed = sum(one["placed"] for one in rounds)
@@ -204,6 +210,7 @@ def _summary(
         "calibration": _bins(attempts),
         "perceive_ms": _median([a["perceive_ms"] for a in attempts]),
         "plan_ms": _median([a["plan_ms"] for a in attempts]),
+        "first_plan_ms": _median([one["attempts"][0]["plan_ms"] for one in begun]),
         "measured_by": "eyehand",
     }
 

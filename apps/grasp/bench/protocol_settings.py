@@ -11,6 +11,8 @@ from eyehand.errors import InputError
 
 QUICK_ROUNDS = 1
 """Maximum number of rounds of a quick run."""
+PROTOCOL_COUNT = 5
+"""Number of objects of a round of the original protocol."""
 
 
 @dataclass(frozen=True)
@@ -85,6 +87,10 @@ class ProtocolSettings:
     """Whether only safe grasps are executed."""
     misplaced: tuple[float, float] = (0.0, 0.0)
     """Error of the hand's place, mm, and of its orientation, degrees, of each grasp."""
+    count: int = PROTOCOL_COUNT
+    """Number of objects of a round. Fewer stand in a packed scene if they do not fit."""
+    density: float | None = None
+    """Mass over volume of the objects, kg/m³; None for the masses of the files."""
 
 
 def checked_objects(objects: Path | None) -> Path:

@@ -71,11 +71,22 @@ def checked_scenes(scenes: int, seed: int, count: int, *, quick: bool) -> tuple[
         raise InputError(f"--seed must be >= 0, got {seed}")
     if seed + scenes - 1 > MAX_SEED:
         raise InputError(f"the last seed must be below 2**63, got --seed {seed}")
-    if not 1 <= count <= MAX_OBJECTS:
-        raise InputError(f"--count must be from 1 to {MAX_OBJECTS}, got {count}")
+    check_count(count)
     if quick:
         scenes, count = min(scenes, QUICK_SCENES), min(count, QUICK_OBJECTS)
     return range(seed, seed + scenes), count
+
+
+def check_count(count: int) -> None:
+    """Check the number of objects.
+
+    Raises
+    ------
+    InputError
+        If it is out of range.
+    """
+    if not 1 <= count <= MAX_OBJECTS:
+        raise InputError(f"--count must be from 1 to {MAX_OBJECTS}, got {count}")
 
 
 def checked_machines(jobs: int | None, cluster: str) -> Machines:
