@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import trimesh
 
 from eyehand.data_synth.scenes import read_piece_objects
 
@@ -29,6 +30,22 @@ def test_each_connected_part_is_a_piece(tmp_path):
     small = item.scaled(0.5)
     assert np.ptp(small.corners[:, 0]) == pytest.approx(0.035)
     assert small.mass == item.mass
+
+
+def test_mesh_that_repeats_corners_is_its_hull(tmp_path):
+    """Each triangle is a part of its own: none of them is a solid."""
+    mesh = trimesh.creation.box((0.04, 0.06, 0.08))
+    mesh.unmerge_vertices()
+    mesh.export(tmp_path / "box.obj")
+    (item,) = read_piece_objects(tmp_path)
+    (piece,) = item.pieces
+    np.testing.assert_allclose(np.ptp(piece, axis=0), [0.04, 0.06, 0.08])
+
+
+def test_density_replaces_the_mass_of_the_file(tmp_path):
+    (tmp_path / "one.obj").write_text(_cube(0.0, 0))
+    (item,) = read_piece_objects(tmp_path, density=700.0)
+    assert item.mass == pytest.approx(700.0 * 0.02**3)
 
 
 def test_pieces_are_the_groups_of_the_shared_files():

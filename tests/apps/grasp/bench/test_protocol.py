@@ -60,6 +60,24 @@ def test_misplaced_hand_is_a_setting_of_each_round():
         protocol_jobs(replace(settings, misplaced=(-5.0, 0.0)))
 
 
+def test_number_and_density_of_objects_are_settings_of_each_round():
+    if not SHARED.is_dir():
+        pytest.skip(f"no {SHARED}")
+    settings = ProtocolSettings(("pile",), ("none",), 1, 7, SHARED, count=2, density=500.0)
+    (job,) = protocol_jobs(settings)
+    assert job.row == "pile, no noise, 2 objects"
+    round_ = run_clutter_round({**job.trial, "max_attempts": 1})
+    assert round_["placed"] == 2
+    lighter = run_clutter_round({**job.trial, "max_attempts": 1, "density": 50.0})
+    first, second = round_["attempts"][0], lighter["attempts"][0]
+    assert first["object"] == second["object"]
+    assert first["mass"] == pytest.approx(10.0 * second["mass"])
+    with pytest.raises(InputError, match="--count must be from 1 to 15, got 16"):
+        protocol_jobs(replace(settings, count=16))
+    with pytest.raises(InputError, match="density must be > 0"):
+        protocol_jobs(replace(settings, density=-1.0))
+
+
 def test_only_safe_grasps_are_executed(monkeypatch):
     if not SHARED.is_dir():
         pytest.skip(f"no {SHARED}")
