@@ -9,7 +9,7 @@ import numpy as np
 
 from ..hands import HandBox
 from .clearance import COARSE_RANK, FULL_RANK, all_points, coarse_points, hand_clearances
-from .depth_error import depth_error_term
+from .depth_error import SMALL_ERROR, depth_error_term
 from .filled_space import filled_points
 from .kernels import BLOCKED
 from .memory import memory_term
@@ -207,6 +207,10 @@ def _checked(
     terms["depth_error"], deeper = depth_error_term(
         part, surface, tests.coarse, tests.scene, tests.hand, options, least
     )
+    if options.depth_error <= SMALL_ERROR:
+        # Then its shifts are like those of a misplaced hand, and not independent of them.
+        terms["misplaced"] *= terms["depth_error"]
+        terms["depth_error"] = np.ones(len(least))
     return replace(part, clearance=clearance, terms=terms, deeper=deeper)
 
 

@@ -62,8 +62,8 @@ MIN_READINGS, BESIDE_PAD = 2, 0.006
 On development objects 18 of 44 bad grasps have fewer, and 6 of 152 good ones; on fresh objects of
 the same kinds 29 of 68, and 5 of 161."""
 INDEPENDENT = ("depth_error", "existence")
-"""The terms that are independent of the others: one error of the scale moves the whole scene, and a
-bump of noise is no object, whatever else speaks for its grasp."""
+"""The terms that are independent of the others: one large error of the scale moves the whole scene,
+and a bump of noise is no object, whatever else speaks for its grasp."""
 
 
 def success_probability(terms: Mapping[str, NDArray[np.float64]]) -> NDArray[np.float64]:

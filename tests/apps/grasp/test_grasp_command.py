@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from eyehand.apps.grasp.jaw_table import DOUBTS
 from eyehand.apps.grasp.moveit_yaml import _text
 from eyehand.apps.perceived_frame import support_line
 from eyehand.grasping.hands import built_in_hands, load_hand, write_hand
@@ -189,7 +190,9 @@ def test_wrong_height_of_the_table_makes_no_grasp_safe(capsys):
 def test_largest_doubt_of_the_best_grasp_is_named(option, named, capsys):
     _, out, err = run(SAMPLE, "--hand", "panda", *option, "--json", capsys=capsys)
     assert ("grasp 1: the scale of the depth is uncertain. --table-height" in err) == named
-    assert (json.loads(out)["rows"][0]["terms"]["depth_error"] > 0.8) != named
+    terms = json.loads(out)["rows"][0]["terms"]
+    assert (terms["depth_error"] > 0.8) != named
+    assert set(terms) == set(DOUBTS)
 
 
 def test_folder_gets_report_yaml_and_picture(tmp_path, capsys):

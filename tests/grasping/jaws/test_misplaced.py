@@ -80,3 +80,14 @@ def test_success_falls_with_the_calibration_error(error):
     assert less
     assert more
     assert less[0].success > more[0].success
+
+
+def test_small_error_of_the_scale_counts_as_a_misplaced_hand():
+    scene = scene_of(can(0.02, 0.05))
+    exact, small, large = (
+        plan_grasps(scene, PANDA, JawOptions(depth_error=error))[0].terms
+        for error in (0.0, 0.009, 0.02)
+    )
+    assert exact["depth_error"] == small["depth_error"] == 1.0
+    assert small["misplaced"] < exact["misplaced"]
+    assert large["depth_error"] < 1.0
