@@ -20,7 +20,7 @@ from .hand_clearance import hand_boxes
 from .hands import TENSION_PER_TIP_FORCE, GripOptions, HandBox, HandModel, ParallelHand
 from .jaws import JawOptions, plan_grasps
 from .jaws.clearance import COARSE_RANK, coarse_points
-from .jaws.kernels import FAR, clearances
+from .jaws.kernels import FAR, Limits, clearances
 from .jaws.scoring import CLEARANCE_SIGMA, OVERLAP_MIDDLE, OVERLAP_SCALE, TOUCH_ALLOWANCE
 from .jaws.surface_model import object_surface
 from .palm_placement import FREE_ROOT_WIDTH, PALM_GAP, ROOT_GAP_SLOPE, max_closing_reach
@@ -177,7 +177,7 @@ class _Surroundings:
                 np.zeros((0, 2, 3)),
                 boxes,
                 0.0,
-                (COARSE_RANK, np.full(1, -np.inf), np.array([[-np.inf, FAR]])),
+                Limits(COARSE_RANK, np.full(1, -np.inf), np.array([[-np.inf, FAR]])),
             )[0, 1]
         )
 

@@ -30,8 +30,8 @@ DOUBTS = {
     "own_clearance": "the hand may touch the object early. --calibration-error says how exactly it "
     "moves",
     "clearance": "the hand may touch something else. --calibration-error says how exactly it moves",
-    "misplaced": "the pads lose the object if the hand is a little too far to one side or along its "
-    "approach. --calibration-error says how exactly it moves",
+    "misplaced": "the pads lose the object if the hand is a little beside its place. "
+    "--calibration-error says how exactly it moves",
     "opening": "something beside the object leaves no room to open fully",
     "unseen": "a finger enters space that the camera did not see",
     "behind": "the hand enters space that the object itself hides, and it may be thicker than it "

@@ -57,7 +57,7 @@ seconds, and no tactel may reach full scale meanwhile."""
 
 
 @lru_cache
-def pressed_decoder(sensor: SensorName, seed: int, pad: int = 0) -> tuple[PressDecoder, FoamMemory]:
+def pressed_decoder(sensor: SensorName, seed: int, pad: int) -> tuple[PressDecoder, FoamMemory]:
     """Press a pad of an :class:`ArmRig` on a bench, and fit its decoder and its memory.
 
     The bench sets the depth and place of the tools exactly.

@@ -39,7 +39,7 @@ class PieceObject:
     pieces: tuple[NDArray[np.float64], ...]
     """Vertices of each convex piece, (P, 3), m."""
     mass: float
-    """Mass, kg, of the file."""
+    """Mass, kg."""
 
     def scaled(self, factor: float) -> PieceObject:
         """Return the object with all lengths multiplied by a factor; the mass stays."""
@@ -79,7 +79,7 @@ def read_piece_objects(folder: Path | str, density: float | None = None) -> tupl
             PieceObject(
                 item.file.stem,
                 *surface,
-                convex_pieces(*solid) or (solid[0],),
+                _pieces(*solid),
                 float(item.mass),
             )
         )
@@ -135,6 +135,19 @@ def set_grip_contact(geom: Any, friction: float) -> None:
 
 TORSION_M = 0.01
 """Torsional friction over normal force, m: a soft pad of 10 mm radius."""
+
+
+def _pieces(
+    vertices: NDArray[np.float64], faces: NDArray[np.int64]
+) -> tuple[NDArray[np.float64], ...]:
+    """Return the vertices of each convex piece of a mesh, or of the whole mesh."""
+    # Pieces that touch have equal corners. Merging these would join them.
+    pieces = convex_pieces(vertices, faces)
+    if not pieces:
+        # It closes the surface of a file that repeats the corners of each triangle.
+        corners, index = np.unique(vertices.round(9), axis=0, return_inverse=True)
+        pieces = convex_pieces(corners, index[faces])
+    return pieces or (vertices[np.unique(faces)],)
 
 
 def _surface(file: Path, kind: str) -> tuple[NDArray[np.float64], NDArray[np.int64]] | None:

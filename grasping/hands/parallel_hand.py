@@ -303,7 +303,7 @@ class ParallelHand:
         return self.closed_pose(T_scene_tcp, width) * T_link_tcp.inv()
 
     def jaw_boxes(self, opening: ArrayLike) -> NDArray[np.float64]:
-        """Return low and high corners of both fingers at openings (...), (..., 2 n, 2, 3), m."""
+        """Return the corners of both fingers' boxes, (..., 2 n, 2, 3), m, for openings (...), m."""
         boxes = np.array([[box.low, box.high] for box in self.finger_boxes], dtype=np.float64)
         half = 0.5 * np.asarray(opening, dtype=np.float64)
         right = np.broadcast_to(boxes, (*half.shape, *boxes.shape)).copy()
@@ -315,7 +315,10 @@ class ParallelHand:
     @cached_property
     def open_boxes(self) -> NDArray[np.float64]:
         """Low and high corners of all boxes of the open hand, (n, 2, 3), m."""
-        return np.concatenate([self.jaw_boxes(self.stroke), self.fixed_boxes()])
+        boxes = np.concatenate([self.jaw_boxes(self.stroke), self.fixed_boxes()])
+        # All grasps of all scenes share it.
+        boxes.setflags(write=False)
+        return boxes
 
     def joint_positions(self, opening: float) -> NDArray[np.float64]:
         """Return the positions of `joints` at an opening in m, (n,), m or rad."""

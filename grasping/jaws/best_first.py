@@ -260,7 +260,7 @@ def _with_clearance(
 def _closing_clearance(
     part: ScoredCandidates, others: NDArray[np.float64], tests: SceneTests
 ) -> NDArray[np.float64]:
-    """Return the clearance from others (n,), m, or that of the closing fingers if it is smaller.
+    """Return the smaller of `others` and the clearance of closing fingers from others, (n,), m.
 
     Another object between a finger and its own stops the finger, or is pushed.
     """

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .grasp import APPROACH
-from .kernels import BLOCKED, FAR, clearances
+from .kernels import BLOCKED, FAR, Limits, clearances
 from .point_blocks import point_blocks
 
 if TYPE_CHECKING:
@@ -102,8 +102,7 @@ def hand_clearances(
     rank
         Number of the distance that counts, from the smallest.
     least
-        Clearance below which a candidate is given up, (n,), m; None for `BLOCKED`. A smaller value
-        is an upper bound.
+        Clearance below which a candidate is given up, (n,), m; None for `BLOCKED`.
     most
         Largest clearances, (n, 2), m; None for `FAR`. Small ones save time.
     """
@@ -122,7 +121,7 @@ def hand_clearances(
         finger,
         hand.fixed_boxes(),
         APPROACH,
-        (rank, least, most),
+        Limits(rank, least, most),
     )
 
 

@@ -1,6 +1,7 @@
 """Compiled tests of candidate poses against surface points.
 
-Loops over points have no branches, so that the compiler computes several points at once.
+The loops that transform points and compute their distances have no branches, so that the processor
+handles several points at once.
 """
 
 from __future__ import annotations
@@ -17,8 +18,20 @@ BLOCKED = -0.012
 """A candidate whose clearance is smaller is given up in any case, m."""
 
 
+class Limits(NamedTuple):
+    """Which clearances are computed."""
+
+    rank: int
+    """Number of the distance that counts, from the smallest, >= 1. Single points are noise."""
+    least: NDArray[np.float64]
+    """Clearance below which a candidate is given up, (n,), m. Then both of its clearances are upper
+    bounds."""
+    most: NDArray[np.float64]
+    """Largest clearances, (n, 2), m. Larger ones are returned as this value: -inf skips a side."""
+
+
 class Boxes(NamedTuple):
-    """The boxes of a hand, and what is computed of them."""
+    """The boxes of a hand."""
 
     boxes: NDArray[np.float64]
     """Boxes of the finger at +x, then those of the palm and the camera, (b, 2, 3), m."""
@@ -26,8 +39,6 @@ class Boxes(NamedTuple):
     """Number of boxes of the finger. Their x counts from the pad, on both sides."""
     moving: bool
     """Whether values are those of :func:`_travel_values`, else those of `_distance_values`."""
-    length: float
-    """Length by which the boxes reach back, m, or the allowance of the travel."""
 
 
 class Memory(NamedTuple):
@@ -54,8 +65,7 @@ def clearances(rotation, tip, half, owner, points, label, finger, fixed, sweep, 
     """Return the clearance of each candidate from its own object's points and from others', (n, 2).
 
     The clearance is the signed distance of a point from the hand's boxes, m: the third smallest one
-    if the rank is 3. It is negative inside. Single points are noise. The boxes reach back by the
-    approach.
+    if the rank is 3. It is negative inside. The boxes reach back by the approach.
 
     Parameters
     ----------
@@ -74,12 +84,11 @@ def clearances(rotation, tip, half, owner, points, label, finger, fixed, sweep, 
     sweep
         Length of the straight approach, m.
     limits
-        Rank: number of the distance that counts, from the smallest, at least 1. Clearance below
-        which a candidate is given up, (n,), m. Largest clearances, (n, 2), m. A value below the
-        second one is an upper bound. Points beyond the third ones do not count.
+        :class:`Limits`.
     """
     rank, least, most = limits
-    hand = Boxes(np.concatenate((finger, fixed)), len(finger), False, sweep)
+    hand = Boxes(np.concatenate((finger, fixed)), len(finger), False)
+    hand.boxes[:, 0, 2] -= sweep
     memory = _memory(points, hand)
     out = np.empty((len(tip), 2))
     side = np.empty(len(label), np.int64)
@@ -117,7 +126,9 @@ def travels(rotation, start, half, points, finger, fixed, length, allowance, ran
     rank
         Number of the point that counts, from the first one.
     """
-    hand = Boxes(np.concatenate((finger, fixed)), len(finger), True, allowance)
+    hand = Boxes(np.concatenate((finger, fixed)), len(finger), True)
+    hand.boxes[:, 0] += allowance
+    hand.boxes[:, 1, :2] -= allowance
     memory = _memory(points, hand)
     out = np.empty(len(start))
     side = np.zeros(memory.near.shape[1], np.int64)
@@ -157,7 +168,7 @@ def dot(a, b):
 
 @njit(cache=True)
 def columns_to_tool(frame, points, first, last, local):
-    """Write the points from `first` to `last` (3, N) in the tool frame into the array `local`."""
+    """Write the points [first, last) of (3, N) in the tool frame to the start of `local` (3, N)."""
     x, y, z, tip = frame
     px, py, pz = points[0, first:last], points[1, first:last], points[2, first:last]
     lx, ly, lz = local[0], local[1], local[2]
@@ -267,16 +278,16 @@ def _box_values(local, radius, half, hand, b, out):
     # The finger's box stands for those of both fingers.
     both = b < hand.fingers
     if hand.moving:
-        _travel_values(local, radius, half, both, hand.boxes[b], hand.length, out)
+        _travel_values(local, radius, half, both, hand.boxes[b], out)
     else:
-        _distance_values(local, radius, half, both, hand.boxes[b], hand.length, out)
+        _distance_values(local, radius, half, both, hand.boxes[b], out)
 
 
 @njit(cache=True)
-def _distance_values(local, radius, half, both, box, sweep, out):
-    """Lower values to the signed distances from a box that reaches back by `sweep`, m."""
+def _distance_values(local, radius, half, both, box, out):
+    """Lower values to the signed distances from a box, m."""
     lx, ly, lz = local[0], local[1], local[2]
-    x0, y0, z0 = box[0, 0], box[0, 1], box[0, 2] - sweep
+    x0, y0, z0 = box[0, 0], box[0, 1], box[0, 2]
     x1, y1, z1 = box[1, 0], box[1, 1], box[1, 2]
     for k in range(len(out)):
         x = abs(lx[k]) - half if both else lx[k]
@@ -291,22 +302,21 @@ def _distance_values(local, radius, half, both, box, sweep, out):
 
 
 @njit(cache=True)
-def _travel_values(local, radius, half, both, box, allowance, out):
+def _travel_values(local, radius, half, both, box, out):
     """Lower values to the travels until a box touches points, m."""
     lx, ly, lz = local[0], local[1], local[2]
     x0, y0, z0 = box[0, 0], box[0, 1], box[0, 2]
     x1, y1, z1 = box[1, 0], box[1, 1], box[1, 2]
     for k in range(len(out)):
         x = abs(lx[k]) - half if both else lx[k]
-        less = allowance - radius[k]
         qx = _larger(x0 - x, x - x1)
         qy = _larger(y0 - ly[k], ly[k] - y1)
-        beside = _larger(_larger(qx, qy), z0 - lz[k]) + less
+        beside = _larger(_larger(qx, qy), z0 - lz[k]) - radius[k]
         value = lz[k] - z1 - radius[k] if beside <= 0.0 else np.inf
         out[k] = value if value < out[k] else out[k]
 
 
 @njit(cache=True)
 def _larger(a, b):
-    """Return the larger number. `max` would handle NaN, one point at a time."""
+    """Return the larger number. `max` handles NaN, and so prevents vector instructions."""
     return a if a > b else b

@@ -22,6 +22,7 @@ BEHIND = 0.015
 
 
 _Place = tuple["NDArray[np.int64]", "NDArray[np.float64]"]
+"""Cells of directions from the camera, (2, n), and distances from it, (n,), m."""
 
 
 class HiddenSpace:
@@ -80,7 +81,7 @@ class HiddenSpace:
         palm = np.broadcast_to(self._palm, (count, *self._palm.shape))
         local = np.concatenate([fingers.reshape(count, -1, 3), palm], axis=1)
         world = local @ candidates.rotation.transpose(0, 2, 1) + candidates.tip[:, None]
-        place = self._seen_from_camera(world.reshape(-1, 3))
+        place = self._places_seen(world.reshape(-1, 3))
         others = self._covered(place, int(candidates.object[0]))
         own = self._covered(place, -1) & ~others
         others, own = others.reshape(count, -1), own.reshape(count, -1)
@@ -93,10 +94,10 @@ class HiddenSpace:
         """Return which points (n, 3), m, any object hides, (n,)."""
         if len(self._owner) == 0 or len(points) == 0:
             return np.zeros(len(points), bool)
-        return self._covered(self._seen_from_camera(points), -1)
+        return self._covered(self._places_seen(points), -1)
 
-    def _seen_from_camera(self, points: NDArray[np.float64]) -> _Place:
-        """Return the cells (2, n) of points (n, 3), and their distances (n,), m."""
+    def _places_seen(self, points: NDArray[np.float64]) -> _Place:
+        """Return where the camera sees points (n, 3)."""
         where, distance = _cells(points - self._origin, self._frame)
         return np.clip(where - self._low, 0, self._size - 1).T, distance
 

@@ -52,15 +52,16 @@ class BundleResult:
 
 @dataclass(frozen=True, eq=False)
 class _Start:
-    """The start and the data of a descent, as plain matrices: thousands of them are multiplied."""
+    """The constant inputs of a descent. Plain matrices multiply faster than pose objects."""
 
     camera: NDArray[np.float64]
+    """Pose of the camera at the start, (4, 4)."""
     board: NDArray[np.float64]
-    """Poses at the start, (4, 4)."""
+    """Pose of the board at the start, (4, 4)."""
     wrist: NDArray[np.float64]
     """Poses of the robot, (N, 4, 4)."""
     image: NDArray[np.intp]
-    """Number of the image of each corner, (M,)."""
+    """Index of the image of each corner, (M,)."""
     points: NDArray[np.float64]
     """Corners in the frame of the board, (M, 3), m."""
     pixels: NDArray[np.float64]

@@ -134,8 +134,9 @@ def serve(port: int) -> None:
             connection = Client(("localhost", port), authkey=KEY)
         except (OSError, EOFError):
             return
-        with connection, suppress(EOFError):
+        with connection, suppress(EOFError, ConnectionError):
             delayed = DelayedRobot(robot, Faults(**connection.recv()))
+            connection.send("ready")
             while True:
                 connection.send(delayed.answer(*connection.recv()))
 

@@ -59,6 +59,7 @@ def remote(robots):
             assert process.poll() is None, f"the robot ended with exit code {process.returncode}"
             with listener.accept() as connection:
                 connection.send(asdict(faults))
+                assert connection.recv() == "ready"
                 make = runpy.run_path(str(EXAMPLE))["remote_robot"]
                 yield make(connection, PLACE.T_world_base)
 

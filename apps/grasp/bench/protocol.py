@@ -168,6 +168,7 @@ def _folder(objects: Path, family: str) -> Path:
 def _row_name(settings: ProtocolSettings, family: str, noise: str) -> str:
     words = [family, "dex noise" if noise == "dex" else "no noise"]
     words += [f"{settings.count} objects"] * (settings.count != PROTOCOL_COUNT)
+    words += [f"{settings.density:g} kg/m³"] if settings.density else []
     words += ["table known"] * settings.known_table + ["table learned"] * settings.learned_table
     words += ["only safe grasps"] * settings.safe_only
     if any(settings.misplaced):
@@ -195,6 +196,8 @@ def _summary(
         "known_table": trial["known_table"],
         "learned_table": trial["learned_table"],
         "safe_only": trial["safe_only"],
+        "count": trial["count"],
+        "density": trial["density"],
         "rounds": len(rounds),
         "attempts": len(attempts),
         "objects": placed,

@@ -19,7 +19,6 @@ PAD, FOAM = TactileArray.flat(), Foam()
 
 @pytest.fixture(scope="module")
 def decoder() -> PressDecoder:
-    # With all three arguments, the result is that of the first pad of the experiment with seed 0.
     return pressed_decoder("good", 0, 0)[0]
 
 
@@ -39,6 +38,7 @@ def test_measured_cloud_lies_on_true_surface(tmp_path, run_experiment):
 
 
 def test_pad_returns_to_an_object_that_the_memory_of_the_foam_hides(tmp_path, run_experiment):
+    # The seed of `test_memory_of_the_real_pad…`: both share the presses.
     arguments = ("--quick", "--json", "--seed", 2, "--sensor", "real", "--out", tmp_path)
     report = json.loads(run_experiment("explore", *arguments)[1])
     *_, both = report["rows"]

@@ -32,10 +32,19 @@ def test_each_connected_part_is_a_piece(tmp_path):
     assert small.mass == item.mass
 
 
-def test_mesh_that_repeats_corners_is_its_hull(tmp_path):
-    """Each triangle is a part of its own: none of them is a solid."""
+def test_pieces_are_found_in_a_mesh_that_repeats_corners(tmp_path):
+    """Each triangle of an STL file is a part of its own."""
+    low, high = (trimesh.creation.box((0.04, 0.06, size)) for size in (0.08, 0.02))
+    high.apply_translation([0.0, 0.0, 0.06])
+    trimesh.util.concatenate([low, high]).export(tmp_path / "two.stl")
+    (item,) = read_piece_objects(tmp_path)
+    sizes = sorted(np.ptp(piece, axis=0)[2] for piece in item.pieces)
+    np.testing.assert_allclose(sizes, [0.02, 0.08], atol=1e-6)
+
+
+def test_open_surface_is_its_hull(tmp_path):
     mesh = trimesh.creation.box((0.04, 0.06, 0.08))
-    mesh.unmerge_vertices()
+    mesh.update_faces(np.arange(len(mesh.faces)) > 1)
     mesh.export(tmp_path / "box.obj")
     (item,) = read_piece_objects(tmp_path)
     (piece,) = item.pieces

@@ -39,4 +39,8 @@ def test_clearance_counts_what_fingers_meet_while_they_close(gap, low, high):
         contact=SimpleNamespace(width=np.array([0.02])),
         opening=np.array([0.08]),
     )
-    assert low <= _closing_clearance(part, np.array([FAR]), tests)[0] <= high
+    assert low <= (found := _closing_clearance(part, np.array([FAR]), tests)[0]) <= high
+    # A smaller clearance of the open hand stays.
+    assert _closing_clearance(part, np.array([-0.015]), tests)[0] == pytest.approx(
+        min(found, -0.015)
+    )

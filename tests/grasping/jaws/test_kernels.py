@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from eyehand.grasping import load_hand
 from eyehand.grasping.jaws.contact_kernels import contacts
-from eyehand.grasping.jaws.kernels import BLOCKED, FAR, clearances, travels
+from eyehand.grasping.jaws.kernels import BLOCKED, FAR, Limits, clearances, travels
 from eyehand.grasping.jaws.point_blocks import point_blocks
 
 RNG = np.random.default_rng(5)
@@ -26,14 +26,19 @@ def _spheres(blocks):
 
 
 @pytest.mark.parametrize("rank", [1, 3, 5])
-def test_clearances(rank):
+@pytest.mark.parametrize(
+    ("finger", "fixed"),
+    [(FINGER, HAND.fixed_boxes()), (FINGER[:0], HAND.fixed_boxes()), (FINGER, FINGER[:0])],
+    ids=["hand", "no finger", "no palm"],
+)
+def test_clearances(finger, fixed, rank):
     rotation, tip = _candidates(40)
     points = RNG.uniform(-0.15, 0.15, (300, 3))
     labels = RNG.integers(0, 3, 300)
     owner = RNG.integers(0, 3, 40)
     half = RNG.uniform(0.01, 0.04, 40)
     least = RNG.uniform(BLOCKED, 0.5 * FAR, 40)
-    most = RNG.uniform(0.0, FAR, (40, 2))
+    most = RNG.uniform(BLOCKED, FAR, (40, 2))
     most[::5, 0] = -np.inf
     blocks = point_blocks([points[labels == k] for k in range(3)], range(3))
     found = clearances(
@@ -43,17 +48,17 @@ def test_clearances(rank):
         owner,
         blocks.columns,
         blocks.label,
-        FINGER,
-        HAND.fixed_boxes(),
+        finger,
+        fixed,
         0.05,
-        (rank, least, most),
+        Limits(rank, least, most),
     )
     for i in range(40):
         local = (points - tip[i]) @ rotation[i]
         folded = local * [1, 1, 1]
         folded[:, 0] = np.abs(local[:, 0]) - half[i]
         distance = np.full(len(points), FAR)
-        for where, boxes in ((folded, FINGER), (local, HAND.fixed_boxes())):
+        for where, boxes in ((folded, finger), (local, fixed)):
             for low, high in boxes:
                 gap = np.maximum(low - [0, 0, 0.05] - where, where - high)
                 outside = np.linalg.norm(np.maximum(gap, 0), axis=1)
@@ -71,6 +76,20 @@ def test_clearances(rank):
             assert expected[sides].min() - 1e-12 <= found[i, sides].min() < least[i]
         else:
             np.testing.assert_allclose(found[i, sides], expected[sides], atol=1e-12)
+
+
+def test_far_points_and_none_give_the_largest_clearances():
+    rotation, tip = _candidates(3)
+    half, owner, most = np.full(3, 0.04), np.zeros(3, np.int64), np.full((3, 2), 0.01)
+    for points in ([], [np.full((20, 3), 5.0)]):
+        blocks = point_blocks(points, range(len(points)))
+        boxes = FINGER, HAND.fixed_boxes()
+        limits = Limits(3, np.full(3, BLOCKED), most)
+        columns, label = blocks.columns, blocks.label
+        found = clearances(rotation, tip, half, owner, columns, label, *boxes, 0.05, limits)
+        np.testing.assert_array_equal(found, most)
+        moved = travels(rotation, tip, half, columns, *boxes, 0.05, 0.001, 2)
+        np.testing.assert_array_equal(moved, 0.05)
 
 
 @pytest.mark.parametrize("rank", [1, 2])

@@ -48,10 +48,11 @@ def test_depths_equal_their_definition():
     tip = rng.uniform(-0.05, 0.05, (40, 3))
     rotation = np.ascontiguousarray(Rotation.random(40, rng=rng).as_matrix())
     groups = [rng.uniform(-0.12, 0.12, (4000, 3)) for _ in range(2)]
-    opening = np.full(40, OPENING)
+    opening = rng.uniform(0.0, PANDA.stroke, 40)
     found = sunk_depths(_candidates(tip, rotation), opening, point_blocks(groups, [0, 1]), PANDA)
     expected = [
-        [_reference(points, tip[i], rotation[i], OPENING) for points in groups] for i in range(40)
+        [_reference(points, tip[i], rotation[i], opening[i]) for points in groups]
+        for i in range(40)
     ]
     assert np.count_nonzero(found) > 40
     np.testing.assert_allclose(found, expected, atol=1e-12)

@@ -65,7 +65,7 @@ def test_number_and_density_of_objects_are_settings_of_each_round():
         pytest.skip(f"no {SHARED}")
     settings = ProtocolSettings(("pile",), ("none",), 1, 7, SHARED, count=2, density=500.0)
     (job,) = protocol_jobs(settings)
-    assert job.row == "pile, no noise, 2 objects"
+    assert job.row == "pile, no noise, 2 objects, 500 kg/m³"
     round_ = run_clutter_round({**job.trial, "max_attempts": 1})
     assert round_["placed"] == 2
     lighter = run_clutter_round({**job.trial, "max_attempts": 1, "density": 50.0})
@@ -115,6 +115,8 @@ def test_quick_run_prints_rows_beside_those_of_others(capsys):
     report = json.loads(capsys.readouterr().out)
     own, *others = report["rows"]
     assert own["attempts"] >= 1
+    assert own["first_plan_ms"] > 0
+    assert (own["count"], own["density"]) == (5, None)
     assert own["causes_text"]
     assert 0 <= own["success_ci_low_pct"] <= own["success_pct"] <= own["success_ci_high_pct"] <= 100
     assert all("outside" in row["measured_by"] for row in others)
