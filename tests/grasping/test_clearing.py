@@ -359,8 +359,9 @@ def test_grasps_that_will_probably_not_hold_come_last(monkeypatch):
     assert other is not None
     assert other.plan.name != first.plan.name
     assert len(asked) > 1
-    # Without a better grasp, the order of the scores remains.
+    # Without a better grasp, the order of the scores remains. Opposed fingers have another score.
     monkeypatch.setattr(grasp_selection, "plan_hold", lambda *_: 0.0)
+    monkeypatch.setattr(grasp_selection, "_opposed_candidates", lambda *_: [])
     same = select_grasp(cell, scene).grasp
     assert same is not None
     assert (same.target.label, same.plan.name) == (first.target.label, first.plan.name)
