@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.errors import InputError
-from eyehand.perception import DepthFrame, Segmentation, SegmentationOptions, segment
+from eyehand.perception import DepthFrame, SupportPlane, find_support
 
 MAX_SCALE = 0.15
 """Maximum correction of the scale. A larger one is a wrong height or another surface."""
@@ -63,7 +63,7 @@ class DepthCorrection:
 
 
 def correct_depth(
-    frame: DepthFrame, support_height: float, segmentation: Segmentation | None = None
+    frame: DepthFrame, support_height: float, support: SupportPlane | None = None
 ) -> tuple[DepthFrame, DepthCorrection]:
     """Scale a depth image so that its support plane lies at a known height, and level it.
 
@@ -77,8 +77,8 @@ def correct_depth(
         The depth frame; `T_world_camera` must be known.
     support_height
         Height of the support in the world, m.
-    segmentation
-        Segmentation of the frame, if there is one; None segments it.
+    support
+        The support plane of the frame, camera frame, if it is known; None finds it.
 
     Returns
     -------
@@ -102,9 +102,7 @@ def correct_depth(
             f"the support's height must be finite and at least {MIN_HEIGHT} m below the camera "
             f"at {T_world_camera.translation[2]:.3f} m; got {support_height} m"
         )
-    if segmentation is None:
-        segmentation = segment(frame, SegmentationOptions(scale_check=False))
-    support = segmentation.support
+    support = support or find_support(frame)
     if support is None:
         return frame, DepthCorrection(1.0, 0.0, 0.0, "the image shows no support")
     normal = T_world_camera.rotation.apply(support.normal)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from eyehand.errors import InputError
-from eyehand.perception import DepthFrame, SegmentationOptions, segment
+from eyehand.perception import DepthFrame, find_support
 
 from .depth_correction import CORRECTED_SCALE_ERROR, correct_depth
 
@@ -50,15 +50,15 @@ class SupportMemory:
         """
         if frame.T_world_camera is None:
             raise InputError("the memory of the support needs T_world_camera")
-        segmentation = segment(frame, SegmentationOptions(scale_check=False))
-        if segmentation.support is None:
+        support = find_support(frame)
+        if support is None:
             return frame, self.depth_error
-        distance = segmentation.support.offset
+        distance = support.offset
         self._heights.append(float(frame.T_world_camera.translation[2]) - distance)
         self._sigmas.append(max(self.depth_error * distance, 1e-6))
         weights = 1.0 / np.square(self._sigmas)
         height = float(weights @ self._heights / weights.sum())
-        frame, correction = correct_depth(frame, height, segmentation)
+        frame, correction = correct_depth(frame, height, support)
         if not correction:
             return frame, self.depth_error
         share = float(weights.sum() ** -0.5) / distance

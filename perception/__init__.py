@@ -42,6 +42,7 @@ if TYPE_CHECKING:
         SupportPlane,
         UnknownRegion,
         Wall,
+        find_support,
         frame_faults,
         segment,
     )
@@ -71,6 +72,7 @@ __all__ = [
     "SupportPlane",
     "UnknownRegion",
     "Wall",
+    "find_support",
     "fit_region",
     "fit_superquadric",
     "frame_faults",

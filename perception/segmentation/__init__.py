@@ -20,6 +20,7 @@ in ``STORED_FRONT``, which ``eyehand chart segmentation --store`` writes in ``FR
 """
 
 from .container import Container, Wall
+from .find_background import find_support
 from .frame_checks import MAX_LEVEL_TILT, frame_faults
 from .options import FRONT_FORMAT, STORED_FRONT, SegmentationOptions
 from .result import Segmentation, SupportPlane
@@ -38,6 +39,7 @@ __all__ = [
     "SupportPlane",
     "UnknownRegion",
     "Wall",
+    "find_support",
     "frame_faults",
     "segment",
 ]

@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
-import time
-
 import numpy as np
 from numpy.typing import NDArray
 
 from ..frame import DepthFrame
 from .above_support import above_support, candidate_window
 from .ambiguity import SCALES, UncertainJoin, resolve_ambiguity
-from .block_heights import block_heights
 from .cut_necks import cut_necks
-from .find_containers import find_containers, include_floors
+from .find_background import StageClock, find_background
 from .find_sheets import find_sheets
 from .floating_regions import remove_floating
 from .frame_checks import check_frame, check_pose, check_tilt
-from .frame_noise import noise_profile
-from .freed_memory import reuse_freed_memory
 from .furniture_walls import find_faces, remove_faces
 from .grow_patches import grow_patches
 from .join_coaxial import join_coaxial
@@ -29,7 +24,6 @@ from .join_rims import join_rims
 from .local_planes import fit_local_planes
 from .measure_container import FoundContainer
 from .options import SegmentationOptions
-from .parallel_planes import flat_readings
 from .regions import relabel_by_size, relabel_with_reasons
 from .remove_attached import remove_attached
 from .remove_container_parts import remove_container_parts
@@ -41,11 +35,10 @@ from .scene_warnings import find_warnings, lost_warnings
 from .select_objects import select_objects
 from .smooth_patches import MIN_PATCH, label_patches, linked_pixels
 from .support_extent import Support
-from .support_plane import find_supports
 from .unknown_regions import find_unknown
 from .unreached_readings import continued_share, unreached_share
 from .upsample import upsample_labels
-from .working_image import REFERENCE_WIDTH, WorkingImage, inverse, working_image
+from .working_image import REFERENCE_WIDTH, WorkingImage, inverse
 
 
 def segment(frame: DepthFrame, options: SegmentationOptions | None = None) -> Segmentation:
@@ -66,32 +59,19 @@ def segment(frame: DepthFrame, options: SegmentationOptions | None = None) -> Se
         objects are kept, the largest ones. A frame without objects gives zeros. Without a support
         plane every smooth solid counts as an object.
     """
-    reuse_freed_memory()
-    options = options or SegmentationOptions()
-    clock = _StageClock()
-    # More than the reference resolution costs time and gains 0.1 % of overlap.
-    stride = options.stride * max(frame.intrinsics.width // REFERENCE_WIDTH, 1)
-    image = working_image(frame, stride, median=options.median)
-    options = options.scaled(image.intrinsics.width)
-    clock.finish("image")
-    noise, profile = noise_profile(image.disparity, options.window)
-    image = image._replace(noise=noise)
-    clock.finish("noise")
-    readings = flat_readings(image, profile)
-    supports = find_supports(image, options, profile, readings)
-    faults = () if supports else check_pose(image, options, profile)
-    clock.finish("support")
-    found, unknown = [], ()
-    if supports:
-        tops = block_heights(image, supports[0].plane)
-        found = find_containers(image, supports, tops)
-        clock.finish("containers")
-        unknown = find_unknown(tops, image, supports[0], walls=bool(found))
-        clock.finish("unknown")
-    supports = include_floors(supports, found)
+    clock = StageClock()
+    background = find_background(frame, options or SegmentationOptions(), clock)
+    image, stride, options = background.image, background.stride, background.options
+    supports, found = background.supports, background.containers
+    unknown = ()
+    faults = () if supports else check_pose(image, options, background.profile)
+    if background.planes:
+        first, tops = background.planes[0], background.tops
+        unknown = find_unknown(tops, image, first, walls=bool(found))
+    clock.finish("unknown" if supports else "support")
     above = above_support(image, supports, options.max_range)
-    if supports:
-        above = above if found else remove_faces(above, image, find_faces(readings, supports))
+    if supports and not found:
+        above = remove_faces(above, image, find_faces(background.readings, supports))
     for one in found:
         above = remove_walls(above, image, one)
     window = candidate_window(above, image.area(MIN_PATCH))
@@ -150,7 +130,7 @@ def _segment_candidates(
     candidates: NDArray[np.bool_],
     background: tuple[list[Support], list[FoundContainer]],
     options: SegmentationOptions,
-    clock: _StageClock,
+    clock: StageClock,
 ) -> tuple[NDArray[np.int32], NDArray[np.bool_], dict[int, str]]:
     """Label the objects among the candidate pixels (H, W).
 
@@ -166,7 +146,7 @@ def _segment_candidates(
             candidates[::STEP, ::STEP].copy(),
             background,
             options.scaled(REFERENCE_WIDTH // STEP),
-            _StageClock(),
+            StageClock(),
         )
         for label in disputed_objects(labels[::STEP, ::STEP], coarse):
             ambiguous.setdefault(label, SCALES)
@@ -179,7 +159,7 @@ def _divide_candidates(
     candidates: NDArray[np.bool_],
     background: tuple[list[Support], list[FoundContainer]],
     options: SegmentationOptions,
-    clock: _StageClock,
+    clock: StageClock,
 ) -> tuple[NDArray[np.int32], NDArray[np.bool_], list[UncertainJoin]]:
     """Divide the candidate pixels (H, W) into objects.
 
@@ -225,16 +205,3 @@ def _divide_candidates(
         uncertain += coaxial
         clock.finish("coaxial")
     return labels, lost | steep, uncertain
-
-
-class _StageClock:
-    """The time of each stage, s: from the end of the stage before to its own end."""
-
-    def __init__(self) -> None:
-        self.seconds: dict[str, float] = {}
-        self._last = time.perf_counter()
-
-    def finish(self, stage: str) -> None:
-        now = time.perf_counter()
-        self.seconds[stage] = self.seconds.get(stage, 0.0) + now - self._last
-        self._last = now
