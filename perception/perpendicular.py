@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -11,11 +13,19 @@ def perpendicular_pair(direction: NDArray[np.float64]) -> NDArray[np.float64]:
 
     The result is deterministic: a is also perpendicular to the coordinate axis farthest from d.
     """
-    farthest_axis = np.zeros(3)
-    farthest_axis[int(np.argmin(np.abs(direction)))] = 1.0
-    first = cross(direction, farthest_axis)
-    first = first / np.sqrt(np.sum(first * first))
-    return np.array([first, cross(direction, first)])
+    # Numbers are faster than arrays of three.
+    d1, d2, d3 = direction.tolist()
+    least = min(abs(d1), abs(d2), abs(d3))
+    if abs(d1) == least:
+        a1, a2, a3 = 0.0, d3, -d2
+    elif abs(d2) == least:
+        a1, a2, a3 = -d3, 0.0, d1
+    else:
+        a1, a2, a3 = d2, -d1, 0.0
+    length = math.sqrt(a1 * a1 + a2 * a2 + a3 * a3)
+    a1, a2, a3 = a1 / length, a2 / length, a3 / length
+    second = (d2 * a3 - d3 * a2, d3 * a1 - d1 * a3, d1 * a2 - d2 * a1)
+    return np.array([(a1, a2, a3), second])
 
 
 def cross(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from .point_extent import trimmed_range
 from .result import SupportPlane
 from .support_extent import Support
 from .walls import MAX_BOARD, MIN_BOARD_HEIGHT, is_board
@@ -85,13 +86,12 @@ def divided_boards(
 def _is_strip(points: NDArray[np.float64], supports: list[Support]) -> bool:
     """Return whether a region is low, long, and not right above a support."""
     first = supports[0]
-    if not len(points) or np.linalg.norm(np.ptp(points @ first.axes.T, axis=0)) < MIN_STRIP:
+    if not len(points):
         return False
-    # Sorting is faster than a quantile.
-    heights = np.sort(first.plane.height(points))
-    skipped = round(OUTLIERS * (len(heights) - 1))
-    low, high = heights[skipped], heights[-1 - skipped]
+    low, high = trimmed_range(first.plane.height(points), OUTLIERS)
+    if high - low > MAX_BOARD:
+        return False
     above = [low + one.plane.offset - first.plane.offset for one in supports]
-    return bool(high - low <= MAX_BOARD) and all(
-        height >= MIN_BOARD_HEIGHT or height < -MAX_STEP for height in above
-    )
+    if not all(height >= MIN_BOARD_HEIGHT or height < -MAX_STEP for height in above):
+        return False
+    return bool(np.linalg.norm(np.ptp(points @ first.axes.T, axis=0)) >= MIN_STRIP)

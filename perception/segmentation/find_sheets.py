@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .label_pixels import pixels_by_label
+from .point_extent import box_diagonal
 from .select_objects import sample_region
 from .working_image import WorkingImage
 
@@ -45,6 +46,8 @@ def find_sheets(labels: NDArray[np.int32], image: WorkingImage) -> tuple[int, ..
 
 
 def _is_sheet(points: NDArray[np.float64], pixels: NDArray[np.int32], columns: int) -> bool:
+    if box_diagonal(points) < MIN_LENGTH:
+        return False
     centred = points - points.mean(axis=0)
     along = np.sort(centred @ np.linalg.eigh(centred.T @ centred)[1], axis=0)
     last = len(along) - 1

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .label_pixels import pixels_by_label, renumber_labels
+from .median import quantile
 from .regions import LOW_QUANTILE, MAX_REGIONS
 from .result import SupportPlane
 from .select_objects import sample_region
@@ -107,7 +108,7 @@ def _floats(
     """
     if not len(points) or not supports:
         return False
-    bottoms = [np.quantile(one.plane.height(points), LOW_QUANTILE) for one in supports]
+    bottoms = [quantile(one.plane.height(points), LOW_QUANTILE) for one in supports]
     if min((b for b in bottoms if b > -MAX_BELOW_SUPPORT), default=0.0) < MIN_BOTTOM:
         return False
     below = points[:, None] - np.array(STEPS)[:, None] * supports[0].plane.normal
@@ -133,10 +134,10 @@ def _is_carried(
 
     `standing` holds the points (M, 3) of each region that does not hang in the air, m.
     """
-    bottom = np.quantile(plane.height(points), LOW_QUANTILE)
+    bottom = quantile(plane.height(points), LOW_QUANTILE)
     for other in standing:
         heights = plane.height(other)
-        if len(other) and np.quantile(heights, LOW_QUANTILE) > MAX_FOOT:
+        if len(other) and quantile(heights, LOW_QUANTILE) > MAX_FOOT:
             continue
         high = other[heights > bottom - MAX_DISTANCE]
         gaps = points[:, None] - high[None]

@@ -9,6 +9,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from .local_planes import plane_of_moments
+from .median import quantile
 
 MIN_NOISE = 1e-3
 """Minimum noise σ of disparity, 1/m. Without it any rounding would separate the pixels of a
@@ -59,7 +60,7 @@ def noise_profile(disparity: NDArray[np.float32], window: int) -> tuple[float, N
     if not measured.any():
         return MIN_NOISE, NoiseProfile(np.ones(1), np.full(1, MIN_NOISE))
     values, centres = residuals[measured], disparity[::step, ::step][measured]
-    noise = max(float(np.quantile(values, NOISE_QUANTILE)), MIN_NOISE)
+    noise = max(quantile(values, NOISE_QUANTILE), MIN_NOISE)
     # Groups of equal size can be sorted at once. The remainder, the nearest windows, is left out.
     count = max(len(values) // GROUP, 1)
     size = len(values) // count

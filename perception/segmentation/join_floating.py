@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from .label_pixels import pixels_by_label
 from .local_planes import LocalPlanes
+from .median import quantile
 from .regions import (
     ABOVE,
     BELOW,
@@ -107,7 +108,8 @@ def _measure(
     if pixels.size == 0:
         return 0.0, 0.0, 0.0
     points = image.points(*np.divmod(pixels, image.disparity.shape[1]))
-    low, high = np.quantile(support.height(points), (LOW_QUANTILE, HIGH_QUANTILE))
+    heights = support.height(points)
+    low, high = quantile(heights, LOW_QUANTILE), quantile(heights, HIGH_QUANTILE)
     k = image.intrinsics
     return float((points[:, 2] ** 2).sum()) / (k.fx * k.fy), float(low), float(high)
 

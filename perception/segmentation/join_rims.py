@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from ..superquadric.opening import find_opening
 from ..superquadric.vessel import Rim
 from .connected_parts import connected_parts
+from .median import quantile
 from .regions import LOW_QUANTILE, fill_holes
 from .result import SupportPlane
 from .working_image import WorkingImage
@@ -104,7 +105,7 @@ def _find_vessel(
     if opening is None:
         return None, []
     scale, heights = opening.rim.scale(points), (points - opening.rim.centre) @ opening.rim.opening
-    depth = -float(np.quantile(heights[scale < MAX_SCALE], LOW_QUANTILE))
+    depth = -quantile(heights[scale < MAX_SCALE], LOW_QUANTILE)
     for inner, share in EMPTY:
         high = (scale < inner) & (heights > (share - 1.0) * depth)
         if np.count_nonzero(high) > MAX_FILLED * np.count_nonzero(scale < inner):

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from ..perpendicular import perpendicular_pair
 from .block_heights import BLOCK, LOWEST
 from .container_walls import MAX_THICKNESS, MIN_RIM
+from .median import median
 from .result import SupportPlane
 from .rim_votes import (
     LAYER,
@@ -220,7 +221,7 @@ def _best_rectangle(
     x, y = turned[:, 0], turned[:, 1]
     xs, ys = side_peaks(x, edges.sizes), side_peaks(y, edges.sizes)
     covered = cover_places(x, y - low[1], xs), cover_places(y, x - low[0], ys)
-    view = image, plane, float(np.median(edges.heights)) + base
+    view = image, plane, float(median(edges.heights)) + base
     axes = np.array([[cos, sin], [-sin, cos]])
     seen = (
         _seen_places(xs, low[1], covered[0].shape[1] - 1, axes, view),

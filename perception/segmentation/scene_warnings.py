@@ -176,7 +176,9 @@ def lost_warnings(lost: NDArray[np.bool_], image: WorkingImage, stride: int) -> 
 
     `lost` (H, W) marks these readings in the working image, and `stride` is its step, px.
     """
-    warnings = []
+    warnings: list[SceneWarning] = []
+    if np.count_nonzero(lost) < image.area(MIN_SIZE):
+        return warnings
     parts = connected_parts(lost.astype(np.uint8), diagonal=True)
     for part in np.flatnonzero(parts.sizes[1:] >= image.area(MIN_SIZE)) + 1:
         top, left, bottom, right = parts.boxes[part]

@@ -14,6 +14,7 @@ from .edge_boards import divided_boards, edge_board
 from .hull_depth import depth_in_hull
 from .label_pixels import count_labels, pixels_by_label, renumber_labels
 from .median import median
+from .point_extent import box_diagonal, trimmed_range
 from .regions import LOW_QUANTILE, MAX_REGIONS
 from .select_supports import MIN_GAP, is_floor
 from .support_extent import Support
@@ -154,8 +155,8 @@ def _is_object(
         return False
     if supports and is_side(points, supports):
         return False
-    ends = _range(points, CUT_OUTLIERS if len(cut_points) else LOW_QUANTILE)
-    if np.linalg.norm(ends[1] - ends[0]) > max_extent:
+    outliers = CUT_OUTLIERS if len(cut_points) else LOW_QUANTILE
+    if box_diagonal(points) > max_extent and _trimmed_diagonal(points, outliers) > max_extent:
         return False
     if not supports:
         return True
@@ -165,8 +166,8 @@ def _is_object(
         return False
     for support in supports:
         heights = support.plane.height(points)
-        bottom, top = _range(heights)
-        highest = _range(heights / points[:, 2] ** 2)[1]
+        bottom, top = trimmed_range(heights, LOW_QUANTILE)
+        highest = trimmed_range(heights / points[:, 2] ** 2, LOW_QUANTILE)[1]
         if bottom > MAX_BOTTOM:
             continue
         if highest < MIN_TOP_WAVES * support.wave or _holds_board(top, support, supports):
@@ -201,6 +202,8 @@ def _stands_outside(
 def _passes_through(points: NDArray[np.float64], support: Support) -> bool:
     """Return whether a region extends above and below a board: a side of the furniture."""
     heights = support.plane.height(points)
+    if heights.min() >= -2 * BOARD:
+        return False
     over = depth_in_hull(points @ support.axes.T, support.hull) > MIN_OVER_BOARD
     least = MIN_PASSING * len(points)
     return bool(
@@ -218,7 +221,7 @@ def _find_board(
     """
     if not len(points) or not any(is_board(points, support) for support in supports):
         return None
-    boards.append(_range(points @ supports[0].plane.normal))
+    boards.append(np.array(trimmed_range(points @ supports[0].plane.normal, LOW_QUANTILE)))
     return edge_board(points, supports)
 
 
@@ -231,13 +234,13 @@ def _lies_on_board(
     """
     if not len(points) or not boards:
         return False
-    low, high = _range(points @ support.plane.normal)
+    low, high = trimmed_range(points @ support.plane.normal, LOW_QUANTILE)
     return any(low > board[0] - BOARD_MARGIN and high < board[1] + BOARD_MARGIN for board in boards)
 
 
 def _is_frame(points: NDArray[np.float64], size: int, image: WorkingImage) -> bool:
     """Return whether a region of `size` px is large and thin: the front edges of a shelf."""
-    if not len(points) or np.linalg.norm(np.ptp(points, axis=0)) < MAX_FRAME:
+    if box_diagonal(points) < MAX_FRAME:
         return False
     directions = (points[:, :2] / points[:, 2:]).astype(np.float32)
     outline = cv2.contourArea(cv2.convexHull(directions))
@@ -274,14 +277,10 @@ def _holds_board(top: float, support: Support, supports: list[Support]) -> bool:
     return any(gap - BOARD - MAX_PLAY < top < gap for gap in gaps if gap >= MIN_GAP)
 
 
-def _range(values: NDArray[np.float64], outliers: float = LOW_QUANTILE) -> NDArray[np.float64]:
-    """Return the ends along the first axis without a share of outliers at each.
-
-    Sorting is faster than a quantile.
-    """
-    last = len(values) - 1
-    skipped = round(outliers * last)
-    return np.sort(values, axis=0)[[skipped, last - skipped]]
+def _trimmed_diagonal(points: NDArray[np.float64], outliers: float) -> float:
+    """Return the diagonal of the bounding box of points (N, 3) without outliers at each side."""
+    ends = [trimmed_range(values, outliers) for values in points.T.copy()]
+    return float(np.linalg.norm(np.ptp(ends, axis=1)))
 
 
 @njit(cache=True, nogil=True)

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numba import njit
 
+from .median import quantile
+
 if TYPE_CHECKING:
     from .support_extent import Support
     from .working_image import WorkingImage
@@ -62,7 +64,7 @@ def support_wave(image: WorkingImage, support: Support, sigmas: float) -> float:
     means = means[np.isfinite(means)]
     if means.size < MIN_BLOCKS:
         return DEFAULT_WAVE / support.depth**2
-    return max(-float(np.quantile(means, LOW_QUANTILE)), 0.0)
+    return max(-quantile(means, LOW_QUANTILE), 0.0)
 
 
 @njit(cache=True, nogil=True)

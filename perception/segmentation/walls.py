@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from .hull_depth import depth_in_hull
 from .median import median
+from .point_extent import box_diagonal, trimmed_range
 from .support_extent import Support
 
 MAD_TO_SIGMA = 1.4826
@@ -63,6 +64,8 @@ def is_wall(points: NDArray[np.float64], support: Support) -> bool:
     if len(points) < MIN_POINTS:
         return False
     # The bounding box bounds the length. Most objects are smaller, and the fit takes long.
+    if np.sqrt(2.0) * box_diagonal(points) < MIN_LENGTH:
+        return False
     rise = np.ptp(points @ support.plane.normal)
     if np.hypot(*np.ptp(points @ support.axes.T, axis=0)) < MIN_LENGTH and rise < MIN_HEIGHT:
         return False
@@ -94,7 +97,9 @@ def is_side(points: NDArray[np.float64], supports: list[Support]) -> bool:
         The supports, at least one.
     """
     up = supports[0].plane.normal
-    if len(points) < MIN_POINTS or np.ptp(points @ up) < MIN_SIDE:
+    if len(points) < MIN_POINTS or box_diagonal(points) < MIN_SIDE:
+        return False
+    if np.ptp(points @ up) < MIN_SIDE:
         return False
     depths = [float(median(depth_in_hull(points @ one.axes.T, one.hull))) for one in supports]
     if not any(-MAX_BESIDE < depth < MAX_OUTSIDE for depth in depths):
@@ -123,9 +128,9 @@ def is_board(points: NDArray[np.float64], support: Support) -> bool:
     support
         A support below it.
     """
-    heights = np.sort(support.plane.height(points))
-    last = len(heights) - 1
-    low, high = heights[round(0.02 * last)], heights[round(0.98 * last)]
+    if box_diagonal(points) < MIN_BOARD_LENGTH:
+        return False
+    low, high = trimmed_range(support.plane.height(points), 0.02)
     if low < MIN_BOARD_HEIGHT or high - low > MAX_BOARD:
         return False
     plan = points @ support.axes.T
