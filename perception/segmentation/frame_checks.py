@@ -179,7 +179,7 @@ def check_tilt(
 
 def _tilt(plane: SupportPlane, T_world_camera: RigidTransform) -> float:
     """Return the angle between a plane in the camera frame and the horizontal plane, rad."""
-    up = float(T_world_camera.rotation.apply(plane.normal)[2])
+    up = float(T_world_camera.as_matrix()[2, :3] @ plane.normal)
     return math.acos(min(max(up, -1.0), 1.0))
 
 

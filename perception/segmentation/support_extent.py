@@ -189,11 +189,17 @@ def sum_parts(labels, count, weight, area):
     weights, areas = np.zeros(count), np.zeros(count)
     rows, columns = labels.shape
     for v in range(rows):
+        # A run of equal labels needs no access to the sums.
+        present, total, spanned = 0, 0.0, 0.0
         for u in range(columns):
             label = labels[v, u]
+            if label != present:
+                weights[present], areas[present] = total, spanned
+                present, total, spanned = label, weights[label], areas[label]
             if label > 0:
-                weights[label] += weight[v, u]
-                areas[label] += area[v, u]
+                total += weight[v, u]
+                spanned += area[v, u]
+        weights[present], areas[present] = total, spanned
     return weights, areas
 
 

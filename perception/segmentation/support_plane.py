@@ -6,7 +6,6 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from .above_support import SUPPORT_SIGMAS
@@ -15,6 +14,14 @@ from .local_planes import MIN_WINDOW_SHARE, LocalPlanes, fit_centred_windows, pl
 from .median import median
 from .options import SegmentationOptions
 from .parallel_planes import FlatReadings, flat_readings
+from .plane_votes import (
+    MIN_COSINE,
+    facing_rays,
+    fit_tukey_plane,
+    plane_distances,
+    plane_inliers,
+    score_planes,
+)
 from .result import SupportPlane
 from .select_supports import (
     MIN_DISTANCE,
@@ -57,18 +64,10 @@ MIN_INLIERS = 12
 """Minimum number of samples that determine a plane."""
 MIN_SHARE = 0.008
 """Minimum share of the samples that are inliers of a proposed plane."""
-MIN_COSINE = 0.95
-"""Minimum cosine between the normals of a sample and of its plane."""
-REFITS = 12
-"""Reweighted least-squares fits of a proposed plane, to the samples and then to all readings. Fewer
-leave it near its first hypothesis, and another hypothesis gives another plane."""
 TUKEY_WIDTH = 1.5
 """Residual at which the weight of a reading reaches 0, in tolerances. The plane is then a smooth
 function of the readings. A hard limit moved it by up to 12 mm when 0.5 % of the readings moved by
 1 mm."""
-MIN_SPREAD = 1e-9
-"""Minimum determinant of the samples' covariance in the image, relative to that of an upright
-ellipse. Samples on a line determine no plane."""
 MAD_TO_SIGMA = 1.4826
 """Ratio of standard deviation to median absolute deviation of a normal distribution."""
 
@@ -202,9 +201,9 @@ def _propose_planes(
     samples = PlaneSamples(1.0 / z, rays, sample_normals)
     votes = plane_inliers(candidates, offsets, samples, tolerance)
     for _ in range(MAX_PROPOSED):
-        scores = votes @ (weights * free)
+        scores = score_planes(votes, weights * free)
         best = int(np.argmax(scores))
-        inliers = (votes[best] > 0) & free
+        inliers = votes[best] & free
         if inliers.sum() < max(MIN_INLIERS, MIN_SHARE * rows.size):
             break
         free &= ~inliers
@@ -237,7 +236,7 @@ def _is_plausible(
     """Mark the horizontal planes at the known height; all planes if the pose is unknown."""
     if image.T_world_camera is None:
         return np.ones(len(points), bool)
-    up = image.T_world_camera.rotation.inv().apply([0.0, 0.0, 1.0])
+    up = image.T_world_camera.as_matrix()[2, :3]
     plausible = normals @ up >= np.cos(MAX_TILT)
     if table_height is not None:
         height = image.T_world_camera.apply(points)[:, 2]
@@ -252,10 +251,9 @@ def _fit_readings(plane: SupportPlane, readings: FlatReadings, noise: NoiseProfi
     the hypothesis: boards of shelves were tilted by 0.16° in the mean, and mirrored real frames had
     their support up to 70 mm elsewhere. Through all readings these are 0.04° and 3 mm.
     """
-    points = readings.points[readings.normals @ plane.normal > MIN_COSINE]
-    z = points[:, 2]
+    rays, z = facing_rays(readings, plane.normal)
     tolerance = SUPPORT_SIGMAS * noise.at(1.0 / z)
-    fit = _refit(-plane.normal / plane.offset, points / z[:, None], z, tolerance)
+    fit = _refit(-plane.normal / plane.offset, rays, z, tolerance)
     return plane if fit is None else fit[0]
 
 
@@ -270,81 +268,9 @@ def _refit(
     n = fit_tukey_plane(n, rays, q, TUKEY_WIDTH * tolerance)
     if not n.any():
         return None
-    inliers = np.abs(rays @ n - q) < tolerance
-    if np.count_nonzero(inliers) < MIN_INLIERS:
-        return None
     length = np.linalg.norm(n)
     normal, offset = -n / length, 1.0 / length
-    heights = np.abs((rays[inliers] * z[inliers, None]) @ normal + offset)
-    return SupportPlane(normal, float(offset), float(MAD_TO_SIGMA * median(heights))), inliers
-
-
-@njit(cache=True, nogil=True)
-def fit_tukey_plane(start, rays, q, width):
-    """Fit a plane n·X = 1 in ``REFITS`` steps of reweighted least squares; return n, (3,).
-
-    Parameters
-    ----------
-    start
-        The plane of the first weights, (3,).
-    rays
-        Directions with z = 1, (N, 3).
-    q
-        Disparities (N,), 1/m.
-    width
-        Residuals (N,) at which the weight of a reading reaches 0, 1/m.
-
-    If the readings do not determine a plane, the result is 0.
-    """
-    n = np.array([start[0], start[1], start[2]])
-    for _ in range(REFITS):
-        xx = xy = yy = x = y = total = xq = yq = sq = 0.0
-        for i in range(len(q)):
-            u, v = rays[i, 0], rays[i, 1]
-            residual = (n[0] * u + n[1] * v + n[2] - q[i]) / width[i]
-            weight = max(1.0 - residual * residual, 0.0)
-            weight *= weight
-            wu, wv, wq = weight * u, weight * v, weight * q[i]
-            xx += wu * u
-            xy += wu * v
-            yy += wv * v
-            x += wu
-            y += wv
-            total += weight
-            xq += wu * q[i]
-            yq += wv * q[i]
-            sq += wq
-        if total <= 0:
-            return np.zeros(3)
-        # The plane through the mean is better conditioned than the one through the camera.
-        mu, mv, mq = x / total, y / total, sq / total
-        xx, xy, yy = xx / total - mu * mu, xy / total - mu * mv, yy / total - mv * mv
-        xq, yq = xq / total - mu * mq, yq / total - mv * mq
-        determinant = xx * yy - xy * xy
-        if not determinant > MIN_SPREAD * xx * yy:
-            return np.zeros(3)
-        n[0] = (xq * yy - yq * xy) / determinant
-        n[1] = (yq * xx - xq * xy) / determinant
-        n[2] = mq - n[0] * mu - n[1] * mv
-    return n
-
-
-@njit(cache=True, nogil=True)
-def plane_inliers(candidates, offsets, samples, tolerance):
-    """Mark the samples on each plane that have its normal by 1.0, (C, N): candidates (C, 3)."""
-    q, rays, normals = samples.disparity, samples.rays, samples.normals
-    inliers = np.empty((len(candidates), len(q)))
-    # The compiler handles several samples at once if they are contiguous and without branches.
-    u, v, w = rays[:, 0].copy(), rays[:, 1].copy(), rays[:, 2].copy()
-    nu, nv, nw = normals[:, 0].copy(), normals[:, 1].copy(), normals[:, 2].copy()
-    for k in range(len(candidates)):
-        a, b, c = candidates[k, 0], candidates[k, 1], candidates[k, 2]
-        scale = 1.0 / offsets[k]
-        row = inliers[k]
-        for i in range(len(q)):
-            # A height h over the plane n·X + d = 0 is a disparity residual of h / (z |d|).
-            along = a * u[i] + b * v[i] + c * w[i]
-            near = abs(along * scale + q[i]) < tolerance[i]
-            cosine = a * nu[i] + b * nv[i] + c * nw[i]
-            row[i] = 1.0 if near & (cosine > MIN_COSINE) else 0.0
-    return inliers
+    inliers, distances = plane_distances(n, (normal, offset), rays, z, tolerance)
+    if len(distances) < MIN_INLIERS:
+        return None
+    return SupportPlane(normal, float(offset), float(MAD_TO_SIGMA * median(distances))), inliers
