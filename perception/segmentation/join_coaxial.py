@@ -5,12 +5,14 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from ..perpendicular import perpendicular_pair
 from .ambiguity import COAXIAL, UncertainJoin
 from .label_pixels import pixels_by_label
 from .local_planes import LocalPlanes
+from .median import median, quantile
 from .regions import merge_regions
 from .result import SupportPlane
 from .working_image import WorkingImage
@@ -88,10 +90,19 @@ def join_coaxial(
     count = int(labels.max(initial=0))
     order, starts = pixels_by_label(labels, count)
     firsts = [int(order[starts[label]]) for label in range(1, count + 1)]
-    regions = [
-        _region(order[starts[label] : starts[label + 1]], image, planes, support)
-        for label in range(1, count + 1)
-    ]
+    axes = np.vstack([support.normal, perpendicular_pair(support.normal)])
+    regions = []
+    for label in range(1, count + 1):
+        pixels = order[starts[label] : starts[label + 1]]
+        readings = region_readings(
+            pixels[:: len(pixels) // SAMPLES + 1].copy(),
+            image.disparity,
+            planes,
+            image.pinhole,
+            axes,
+            support.offset,
+        )
+        regions.append(_Region(*readings))
     parent = np.arange(count + 1, dtype=np.int32)
     uncertain = []
     for a, b in _standing_pairs(regions):
@@ -106,26 +117,6 @@ def join_coaxial(
     return merge_regions(labels, parent), uncertain
 
 
-def _region(
-    pixels: NDArray[np.integer], image: WorkingImage, planes: LocalPlanes, support: SupportPlane
-) -> _Region:
-    """Return the readings of the region with these flat pixels."""
-    pixels = pixels[:: len(pixels) // SAMPLES + 1]
-    pixels = pixels[(image.disparity.flat[pixels] > 0) & (planes.value.flat[pixels] > 0)]
-    rows, columns = np.divmod(pixels, image.disparity.shape[1])
-    points = image.points(rows, columns)
-    fx, fy, cx, cy = image.pinhole
-    slope_u, slope_v = planes.slope_u.flat[pixels], planes.slope_v.flat[pixels]
-    depth = planes.value.flat[pixels] - slope_u * (columns - cx) - slope_v * (rows - cy)
-    normal = -np.column_stack([slope_u * fx, slope_v * fy, depth]).astype(np.float64)
-    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-    axes = perpendicular_pair(support.normal).T
-    plan, outwards = points @ axes, normal @ axes
-    slope = np.linalg.norm(outwards, axis=1)
-    wall = slope > MIN_SLOPE
-    return _Region(support.height(points), plan, plan[wall], outwards[wall] / slope[wall, None])
-
-
 def _standing_pairs(regions: list[_Region]) -> list[list[int]]:
     """Return the pairs of regions, the lower one first, of which the upper one stands over it.
 
@@ -134,8 +125,8 @@ def _standing_pairs(regions: list[_Region]) -> list[list[int]]:
     usable = np.array([k for k, one in enumerate(regions) if len(one.height) >= MIN_SAMPLES], int)
     if not len(usable):
         return []
-    height = np.array([np.median(regions[k].height) for k in usable])
-    middle = np.array([np.median(regions[k].plan, axis=0) for k in usable])
+    height = np.array([median(regions[k].height) for k in usable])
+    middle = np.array([[median(values) for values in regions[k].plan.T] for k in usable])
     low = np.array([regions[k].plan.min(axis=0) for k in usable])[:, None]
     high = np.array([regions[k].plan.max(axis=0) for k in usable])[:, None]
     over = ((low < middle) & (middle < high)).all(axis=2) & (height[:, None] < height)
@@ -166,7 +157,7 @@ def _common_axis(body: _Region, neck: _Region) -> NDArray[np.float64] | None:
         away = one.wall - axis
         distance = np.abs((one.across * away).sum(axis=1))
         along = (one.outwards * away).sum(axis=1) / np.linalg.norm(away, axis=1)
-        if np.median(distance) > MAX_DISTANCE or not np.median(along) >= MIN_OUTWARDS:
+        if median(distance) > MAX_DISTANCE or not median(along) >= MIN_OUTWARDS:
             return None
     return axis
 
@@ -174,8 +165,8 @@ def _common_axis(body: _Region, neck: _Region) -> NDArray[np.float64] | None:
 def _is_neck(neck: _Region, body: _Region, axis: NDArray[np.float64]) -> bool:
     """Return whether a narrow region goes over into the sloping shoulder of the one below it."""
     distances = np.linalg.norm(body.plan - axis, axis=1)
-    outer = float(np.quantile(distances, RADIUS))
-    inner = float(np.quantile(np.linalg.norm(neck.plan - axis, axis=1), RADIUS))
+    outer = quantile(distances, RADIUS)
+    inner = quantile(np.linalg.norm(neck.plan - axis, axis=1), RADIUS)
     if inner > MAX_RATIO * outer:
         return False
     middle = (inner + RADIUS * outer) / 2.0
@@ -183,4 +174,58 @@ def _is_neck(neck: _Region, body: _Region, axis: NDArray[np.float64]) -> bool:
     far = body.height[(distances >= middle) & (distances < RADIUS * outer)]
     if min(len(near), len(far)) < MIN_SAMPLES:
         return False
-    return bool(np.quantile(near, TOP) - np.quantile(far, TOP) > MIN_DROP * (outer - inner))
+    return bool(quantile(near, TOP) - quantile(far, TOP) > MIN_DROP * (outer - inner))
+
+
+@njit(cache=True, nogil=True)
+def region_readings(pixels, q, planes, pinhole, axes, offset):
+    """Return the fields of `_Region` from some pixels of a region.
+
+    Parameters
+    ----------
+    pixels
+        Flat pixels (N,).
+    q
+        Disparity (H, W), 1/m.
+    planes
+        Its `LocalPlanes`.
+    pinhole
+        fx, fy, cx, cy.
+    axes
+        Rows (3, 3): the normal of the support, and the two axes of the plan.
+    offset
+        Offset of the support, m.
+    """
+    fx, fy, cx, cy = pinhole
+    columns = q.shape[1]
+    height, plan = np.empty(len(pixels)), np.empty((len(pixels), 2))
+    wall, outwards = np.empty((len(pixels), 2)), np.empty((len(pixels), 2))
+    count = inclined = 0
+    for pixel in pixels:
+        v, u = pixel // columns, pixel % columns
+        value = np.float64(planes.value[v, u])
+        if q[v, u] <= 0 or value <= 0:
+            continue
+        z = 1.0 / np.float64(q[v, u])
+        x, y = (u - cx) / fx * z, (v - cy) / fy * z
+        slope_u, slope_v = np.float64(planes.slope_u[v, u]), np.float64(planes.slope_v[v, u])
+        a, b, c = -slope_u * fx, -slope_v * fy, slope_u * (u - cx) + slope_v * (v - cy) - value
+        length = np.sqrt(a * a + b * b + c * c)
+        height[count] = x * axes[0, 0] + y * axes[0, 1] + z * axes[0, 2] + offset
+        for k in range(2):
+            along = axes[k + 1]
+            plan[count, k] = x * along[0] + y * along[1] + z * along[2]
+            outwards[inclined, k] = (a * along[0] + b * along[1] + c * along[2]) / length
+        slope = np.hypot(outwards[inclined, 0], outwards[inclined, 1])
+        if slope > MIN_SLOPE:
+            for k in range(2):
+                wall[inclined, k] = plan[count, k]
+                outwards[inclined, k] /= slope
+            inclined += 1
+        count += 1
+    return (
+        height[:count].copy(),
+        plan[:count].copy(),
+        wall[:inclined].copy(),
+        outwards[:inclined].copy(),
+    )

@@ -4,10 +4,16 @@ import numpy as np
 import pytest
 from synthetic_solids import Ball, Box, exact_image, solid_frame
 
-from eyehand.perception import CameraIntrinsics
+from eyehand.perception import CameraIntrinsics, perpendicular_pair
 from eyehand.perception.segmentation import SegmentationOptions
 from eyehand.perception.segmentation.ambiguity import COAXIAL
-from eyehand.perception.segmentation.join_coaxial import _is_neck, _Region, join_coaxial
+from eyehand.perception.segmentation.join_coaxial import (
+    MIN_SLOPE,
+    _is_neck,
+    _Region,
+    join_coaxial,
+    region_readings,
+)
 from eyehand.perception.segmentation.local_planes import fit_local_planes
 from eyehand.perception.segmentation.result import SupportPlane
 
@@ -62,3 +68,32 @@ def test_flat_ring_around_the_upper_part_is_no_shoulder(slope, joined):
 
     neck, body = ring(0.0, 0.012, 0.2), ring(0.012, 0.035, 0.15)
     assert _is_neck(neck, body, np.zeros(2)) == joined
+
+
+def test_readings_equal_numpy():
+    frame, truth = solid_frame([BODY], camera=CAMERA)
+    image = exact_image(frame)
+    planes = fit_local_planes(image, SegmentationOptions())
+    pixels = np.flatnonzero(truth == 1)[::40].astype(np.int32)
+    # These pixels have no reading or no plane.
+    image.disparity.flat[pixels[3]] = planes.value.flat[pixels[5]] = 0.0
+    axes = np.vstack([TABLE.normal, perpendicular_pair(TABLE.normal)])
+    height, plan, wall, outwards = region_readings(
+        pixels, image.disparity, planes, image.pinhole, axes, TABLE.offset
+    )
+    pixels = np.delete(pixels, [3, 5])
+    rows, columns = np.divmod(pixels, truth.shape[1])
+    points = image.points(rows, columns)
+    slope_u, slope_v = (slope.flat[pixels].astype(float) for slope in planes[1:3])
+    back = (
+        planes.value.flat[pixels] - slope_u * (columns - CAMERA.cx) - slope_v * (rows - CAMERA.cy)
+    )
+    normals = -np.column_stack([slope_u * CAMERA.fx, slope_v * CAMERA.fy, back])
+    across = (normals / np.linalg.norm(normals, axis=1)[:, None]) @ axes[1:].T
+    slope = np.linalg.norm(across, axis=1)
+    steep = slope > MIN_SLOPE
+    assert 0 < np.count_nonzero(steep) < len(pixels)
+    np.testing.assert_allclose(height, TABLE.height(points), atol=1e-12)
+    np.testing.assert_allclose(plan, points @ axes[1:].T, atol=1e-12)
+    np.testing.assert_allclose(wall, plan[steep], atol=1e-12)
+    np.testing.assert_allclose(outwards, across[steep] / slope[steep, None], atol=1e-12)
