@@ -5,8 +5,8 @@ from __future__ import annotations
 from math import ceil
 from typing import TYPE_CHECKING
 
-import cv2
 import numpy as np
+from numba import njit
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -64,40 +64,99 @@ def background_points(
     if segmentation.support is None or not clouds:
         return np.zeros((0, 3))
     step = max(frame.intrinsics.width // COLUMNS, 1)
-    part = slice(None, None, step), slice(None, None, step)
-    depth, labels = frame.depth[part], segmentation.labels[part]
     k = frame.intrinsics.reduced(step)
-    rows, columns = np.arange(k.height)[:, None], np.arange(k.width)[None, :]
-    near = cv2.dilate((labels > 0).astype(np.uint8), np.ones((2 * EDGE + 1,) * 2, np.uint8)) > 0
-    free = (depth > 0) & ~near
-    for number, plane in enumerate((segmentation.support, *segmentation.other_supports)):
-        slope = plane.normal[0] * (columns - k.cx) / k.fx + plane.normal[2]
-        height = depth * (slope + plane.normal[1] * (rows - k.cy) / k.fy) + plane.offset
-        # Boards of a shelf lie above the first support, and things stand below them.
-        height = np.abs(height) if number else height
-        free &= height > max(MIN_HEIGHT, 3.0 * plane.tolerance)
-    v, u = np.nonzero(free)
-    counts = _weights(frame.depth, step * v, step * u)
-    v, u = np.repeat(v, counts), np.repeat(u, counts)
-    z = depth[v, u].astype(np.float64)
-    points = T_scene_camera.apply(
-        np.column_stack([(u - k.cx) / k.fx * z, (v - k.cy) / k.fy * z, z])
+    planes = np.array(
+        [
+            (*plane.normal, plane.offset, max(MIN_HEIGHT, 3.0 * plane.tolerance))
+            for plane in (segmentation.support, *segmentation.other_supports)
+        ]
     )
+    pinhole = (k.fx, k.fy, k.cx, k.cy)
+    free = free_readings(frame.depth, segmentation.labels, step, planes, pinhole)
+    points = T_scene_camera.apply(free)
     objects = np.concatenate(clouds)
     low, high = objects.min(axis=0) - REACH, objects.max(axis=0) + REACH
     points = points[((points >= low) & (points <= high)).all(axis=1)]
     return points[:: max(ceil(len(points) / MAX_POINTS), 1)]
 
 
-def _weights(
-    depth: NDArray[np.float32], v: NDArray[np.intp], u: NDArray[np.intp]
-) -> NDArray[np.int64]:
-    """Return how often readings at pixels (K,), (K,) count, (K,): 0 for those that mix depths."""
-    padded, own = np.pad(depth, 1), depth[v, u]
-    around = [(dv, du) for dv in (0, 1, 2) for du in (0, 1, 2) if (dv, du) != (1, 1)]
-    neighbours = np.array([padded[v + dv, u + du] for dv, du in around])
-    farther = neighbours - own
-    alike = (np.abs(farther) < ALIKE * own).sum(axis=0)
-    behind = ((neighbours > 0) & (farther < -ALIKE * own)).any(axis=0)
-    thin = (alike >= MIN_ALIKE_FRONT) & ~behind
-    return np.where(alike >= MIN_ALIKE, 1, np.where(thin, THIN_WEIGHT, 0))
+@njit(cache=True, nogil=True)
+def free_readings(depth, labels, step, planes, pinhole):
+    """Return the readings above all supports that no object is near, (K, 3), camera frame, m.
+
+    Readings that mix depths are left out, and those of thin things are returned several times.
+
+    Parameters
+    ----------
+    depth
+        The whole image (H, W), m.
+    labels
+        Its objects (H, W).
+    step
+        Step of the rows and columns of the readings, px.
+    planes
+        Unit normals and offsets of the supports, and the least heights above them, (P, 5), m.
+    pinhole
+        fx, fy, cx, cy of the image of every `step`-th row and column.
+    """
+    fx, fy, cx, cy = pinhole
+    rows, columns = -(-depth.shape[0] // step), -(-depth.shape[1] // step)
+    points = np.empty((rows * columns * THIN_WEIGHT, 3))
+    count = 0
+    for v in range(rows):
+        for u in range(columns):
+            z = np.float64(depth[v * step, u * step])
+            if z <= 0 or not _is_above(planes, z, (u - cx) / fx, (v - cy) / fy):
+                continue
+            if _is_near_object(labels, v, u, step):
+                continue
+            for _ in range(_weight(depth, v * step, u * step)):
+                points[count, 0] = (u - cx) / fx * z
+                points[count, 1] = (v - cy) / fy * z
+                points[count, 2] = z
+                count += 1
+    return points[:count].copy()
+
+
+@njit(cache=True, nogil=True)
+def _is_above(planes, z, ray_u, ray_v):
+    """Return whether a reading lies above the first plane and beside the others."""
+    for k in range(len(planes)):
+        a, b, c, offset, least = planes[k]
+        height = z * (a * ray_u + b * ray_v + c) + offset
+        # Boards of a shelf lie above the first support, and things stand below them.
+        if (abs(height) if k else height) <= least:
+            return False
+    return True
+
+
+@njit(cache=True, nogil=True)
+def _is_near_object(labels, v, u, step):
+    """Return whether an object is within EDGE of a pixel of every `step`-th row and column."""
+    for y in range(max(v - EDGE, 0), v + EDGE + 1):
+        for x in range(max(u - EDGE, 0), u + EDGE + 1):
+            if (
+                y * step < labels.shape[0]
+                and x * step < labels.shape[1]
+                and labels[y * step, x * step]
+            ):
+                return True
+    return False
+
+
+@njit(cache=True, nogil=True)
+def _weight(depth, v, u):
+    """Return how often the reading of a pixel counts: 0 if it mixes depths."""
+    own = depth[v, u]
+    limit = np.float32(ALIKE) * own
+    alike, behind = 0, False
+    for y in range(max(v - 1, 0), min(v + 2, depth.shape[0])):
+        for x in range(max(u - 1, 0), min(u + 2, depth.shape[1])):
+            if (y, x) == (v, u) or depth[y, x] <= 0:
+                continue
+            farther = depth[y, x] - own
+            alike += abs(farther) < limit
+            behind |= farther < -limit
+    if alike >= MIN_ALIKE:
+        return 1
+    return THIN_WEIGHT if alike >= MIN_ALIKE_FRONT and not behind else 0

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import cv2
 import numpy as np
 
+from .segmentation.median import median
 from .superquadric import MIN_POINTS, FitOptions, FreeSpace, SuperquadricFit, fit_superquadric
 from .visibility import view_free_space
 
@@ -66,7 +67,7 @@ def collect_evidence(
 ) -> RegionEvidence:
     """Return what a frame shows of the object with a mask (H, W) and a cloud (N, 3)."""
     origin = np.asarray(T_scene_camera.translation)
-    distance = float(np.linalg.norm(np.median(cloud, axis=0) - origin)) if len(cloud) else 0.0
+    distance = median_distance(cloud, origin)
     return RegionEvidence(
         points=cloud,
         view_origin=origin,
@@ -76,6 +77,13 @@ def collect_evidence(
         # half a pixel on each side.
         margin=(BORDER_PX + 0.5) * distance / frame.intrinsics.fx,
     )
+
+
+def median_distance(cloud: NDArray[np.float64], origin: NDArray[np.float64]) -> float:
+    """Return the distance of the median of points (N, 3) from a place (3,), m; 0 without points."""
+    if not len(cloud):
+        return 0.0
+    return float(np.linalg.norm([median(values) for values in cloud.T] - origin))
 
 
 def sample_points(

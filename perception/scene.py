@@ -15,7 +15,7 @@ from eyehand.errors import InputError
 
 from .background_points import background_points
 from .frame import DepthFrame
-from .object_evidence import RegionEvidence, collect_evidence, sample_points
+from .object_evidence import RegionEvidence, collect_evidence, median_distance, sample_points
 from .overlap import overlapping_objects
 from .segmentation import (
     Container,
@@ -26,6 +26,7 @@ from .segmentation import (
     UnknownRegion,
     segment,
 )
+from .segmentation.label_pixels import count_labels
 from .stacking import SurfaceBelow, find_surface_below, rests_on
 from .superquadric import FitOptions, SuperquadricFit
 from .thread_pool import map_in_threads
@@ -160,7 +161,7 @@ def perceive(frame: DepthFrame, options: PerceiveOptions | None = None) -> Scene
     support = segmentation.support.moved(T_scene_camera) if segmentation.support else None
     rng = np.random.default_rng(options.seed)
     boxes = segmentation.boxes()
-    sizes = np.bincount(segmentation.labels.ravel(), minlength=segmentation.count + 1)
+    sizes = count_labels(segmentation.labels, segmentation.count)
     clouds = {
         label: T_scene_camera.apply(
             sample_points(frame, segmentation, label, box, options.cloud_points, rng)
@@ -296,7 +297,7 @@ def _fit(
 ) -> SuperquadricFit:
     """Fit a solid to an object's points, unless it is too far or not among the largest ones."""
     origin = np.asarray(T_scene_camera.translation)
-    distance = float(np.linalg.norm(np.median(cloud, axis=0) - origin)) if len(cloud) else 0.0
+    distance = median_distance(cloud, origin)
     if distance > options.max_distance:
         return SuperquadricFit.rejected(
             f"the object is {distance:.2f} m away: objects beyond {options.max_distance} m are "

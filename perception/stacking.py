@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 
 from .perpendicular import perpendicular_pair
+from .segmentation.median import quantile
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -26,8 +27,8 @@ REACH_PX = 3
 """Maximum distance of two segments that touch in the image, px."""
 MAX_BOTTOM_HEIGHT = 0.03
 """Maximum height of the fitted bottom of an object that stands on the support plane, m."""
-BOTTOM_PERCENTILE, TOP_PERCENTILE = 3.0, 97.0
-"""Percentiles of a cloud's heights that stand for its visible bottom and top. Outliers lie beyond
+BOTTOM_SHARE, TOP_SHARE = 0.03, 0.97
+"""Quantiles of a cloud's heights that stand for its visible bottom and top. Outliers lie beyond
 them."""
 
 
@@ -69,7 +70,7 @@ def find_surface_below(
     table = SurfaceBelow(0.0, 0)
     if support is None or not len(clouds[label]):
         return table
-    bottom = float(np.percentile(support.height(clouds[label]), BOTTOM_PERCENTILE))
+    bottom = quantile(support.height(clouds[label]), BOTTOM_SHARE)
     if bottom < CONTACT_TOLERANCE:
         return table
     rows, columns = (slice(max(s.start - REACH_PX, 0), s.stop + REACH_PX) for s in box)
@@ -80,7 +81,7 @@ def find_surface_below(
     for other in np.unique(labels[ring]).tolist():
         if other in (0, label) or not len(clouds[other]):
             continue
-        top = float(np.percentile(support.height(clouds[other]), TOP_PERCENTILE))
+        top = quantile(support.height(clouds[other]), TOP_SHARE)
         above = bottom > top - CONTACT_TOLERANCE and top > highest.height
         if above and _share_above(clouds[label], clouds[other], support) > MIN_OVERLAP:
             highest = SurfaceBelow(top, other)
@@ -100,7 +101,7 @@ def rests_on(
         return below.label
     solid = fit.superquadric
     if solid is None or not fit:
-        bottom = float(np.percentile(support.height(cloud), BOTTOM_PERCENTILE))
+        bottom = quantile(support.height(cloud), BOTTOM_SHARE)
     else:
         parts = fit.parts or (solid,)
         bottom = support.offset - max(float(part.support(-support.normal)) for part in parts)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
@@ -72,21 +73,19 @@ def view_free_space(
         Maps camera coordinates to scene coordinates.
     """
     camera = frame.intrinsics
-    rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
+    left, top, width, height = cv2.boundingRect(mask.view(np.uint8))
     origin = np.asarray(T_scene_camera.translation)
-    if not rows.size:
+    if not width:
         none = np.zeros(0)
         return FreeSpace(origin, np.zeros((0, 3)), none, none.astype(bool), 0.0)
-    around = int(SURROUNDINGS * max(np.ptp(rows), np.ptp(columns))) + MIN_SURROUNDINGS_PX
-    top, left = max(rows[0] - around, 0), max(columns[0] - around, 0)
-    window = (slice(top, rows[-1] + around + 1), slice(left, columns[-1] + around + 1))
-    readings, object_pixels = frame.depth[window], mask[window]
+    around = int(SURROUNDINGS * (max(width, height) - 1)) + MIN_SURROUNDINGS_PX
+    bottom, right = top + height + around, left + width + around
+    top, left = max(top - around, 0), max(left - around, 0)
+    readings = frame.depth[top:bottom, left:right]
+    object_pixels = mask[top:bottom, left:right]
     step = max(round(np.sqrt(readings.size / GRID_RAYS)), 1)
-    nearest = np.where(
-        object_pixels, _nearest(readings, object_pixels), _nearest(readings, readings > 0)
-    )
     start = step // 2
-    z = np.where(readings > 0, nearest, 0.0)[start::step, start::step].astype(np.float64)
+    z = nearest_readings(readings, object_pixels, start, step)
     v, u = np.indices(z.shape) * step + start
     rays = np.stack(
         [(u + left - camera.cx) / camera.fx, (v + top - camera.cy) / camera.fy, np.ones(z.shape)],
@@ -102,11 +101,37 @@ def view_free_space(
     )
 
 
-def _nearest(readings: NDArray[np.float32], counted: NDArray[np.bool_]) -> NDArray[np.float32]:
-    """Return the smallest counted reading within EDGE_PX of each pixel (H, W), m."""
-    side = 2 * EDGE_PX + 1
-    kept = np.where(counted & (readings > 0), readings, np.float32(np.inf))
-    return cv2.erode(kept, np.ones((side, side), np.uint8)).astype(np.float32)
+@njit(cache=True, nogil=True)
+def nearest_readings(readings, object_pixels, start, step):
+    """Return the smallest reading within EDGE_PX of each pixel on a grid, m; 0 = no reading there.
+
+    Around a pixel of the object only the object's readings count.
+
+    Parameters
+    ----------
+    readings
+        Depth (H, W), m; 0 = no reading.
+    object_pixels
+        The object's pixels (H, W).
+    start, step
+        First row and column of the grid, and its step, px.
+    """
+    rows, columns = readings.shape
+    down, across = -(-(rows - start) // step), -(-(columns - start) // step)
+    nearest = np.zeros((down, across))
+    for k in range(down):
+        for m in range(across):
+            v, u = start + k * step, start + m * step
+            if readings[v, u] <= 0:
+                continue
+            least, inside = readings[v, u], object_pixels[v, u]
+            for y in range(max(v - EDGE_PX, 0), min(v + EDGE_PX + 1, rows)):
+                for x in range(max(u - EDGE_PX, 0), min(u + EDGE_PX + 1, columns)):
+                    z = readings[y, x]
+                    if 0 < z < least and (object_pixels[y, x] or not inside):
+                        least = z
+            nearest[k, m] = least
+    return nearest
 
 
 def visible_share(

@@ -6,7 +6,8 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy import ndimage
+
+from .connected_parts import measure_parts
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -71,8 +72,12 @@ class Segmentation:
 
     def boxes(self) -> dict[int, tuple[slice, slice]]:
         """Return the rows and columns of each object's bounding box, by label."""
-        boxes = ndimage.find_objects(self.labels)
-        return {number: box for number, box in enumerate(boxes, start=1) if box is not None}
+        sizes, boxes = measure_parts(self.labels, self.count + 1)
+        return {
+            label: (slice(top, bottom), slice(left, right))
+            for label, (top, left, bottom, right) in enumerate(boxes.tolist())
+            if label and sizes[label]
+        }
 
     def mask(self, label: int) -> NDArray[np.bool_]:
         """Return the mask of one object, (H, W) bool."""

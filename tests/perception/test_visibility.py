@@ -2,11 +2,13 @@
 
 import numpy as np
 import pytest
+from scipy import ndimage
 from scipy.spatial.transform import RigidTransform, Rotation
 from synthetic_balls import CAMERA, ball_centre, ball_frame
 
 from eyehand.perception import DepthFrame, Superquadric, perceive, view_free_space
 from eyehand.perception.superquadric import covered_share
+from eyehand.perception.visibility import EDGE_PX, nearest_readings
 
 BALL = (0.0, 0.65, 0.05)
 
@@ -58,3 +60,18 @@ def test_perceived_ball_covers_nothing():
     (item,) = perceive(frame).objects
     assert item.fit
     assert item.fit.covered_share == pytest.approx(0.0, abs=0.01)
+
+
+@pytest.mark.parametrize("step", [1, 3, 4])
+def test_nearest_readings_equal_numpy(step):
+    rng = np.random.default_rng(step)
+    readings = np.where(rng.random((41, 38)) < 0.2, 0.0, rng.uniform(0.5, 1.0, (41, 38)))
+    mask = np.indices(readings.shape).sum(axis=0) < 40
+
+    def nearest(counted):
+        kept = np.where(counted & (readings > 0), readings, np.inf)
+        return ndimage.minimum_filter(kept, 2 * EDGE_PX + 1, mode="constant", cval=np.inf)
+
+    expected = np.where(mask, nearest(mask), nearest(readings > 0))
+    expected = np.where(readings > 0, expected, 0.0)[step // 2 :: step, step // 2 :: step]
+    assert np.array_equal(nearest_readings(readings, mask, step // 2, step), expected)
