@@ -7,6 +7,8 @@ least_squares of scipy (trf, Cauchy loss, exact Jacobian) 49 times.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
@@ -63,6 +65,48 @@ def levenberg_marquardt(
         tolerance,
     )
     return ShapeParameters(*shape), float(cost), int(steps)
+
+
+def levenberg_marquardt_from(
+    problem: FitProblem,
+    starts: Sequence[ShapeParameters],
+    basis: NDArray[np.float64],
+    bounds: NDArray[np.float64],
+    iterations: int,
+    tolerance: float = 1e-6,
+) -> list[tuple[ShapeParameters, float]]:
+    """Minimise the cost from each of several starts; see :func:`levenberg_marquardt`.
+
+    The descents are one compiled call, so that other threads run meanwhile.
+    """
+    ends = ShapeParameters(*(np.array(values) for values in zip(*starts, strict=True)))
+    costs = descend_all(
+        tuple(problem.terms),
+        tuple(problem.prior),
+        tuple(ends),
+        bool(basis[N_STRAIGHT:].any()),
+        basis,
+        bounds,
+        iterations,
+        tolerance,
+    )
+    return [
+        (ShapeParameters(*fields), cost)
+        for *fields, cost in zip(*ends, costs.tolist(), strict=True)
+    ]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def descend_all(terms, prior, shapes, tapered, basis, bounds, iterations, tolerance):
+    """Replace each of S shapes, whose fields are arrays (S, …), by its end; return the costs."""
+    log_axes, exponents, R, centre, taper = shapes
+    costs = np.empty(len(log_axes))
+    for k in range(len(costs)):
+        start = (log_axes[k], exponents[k], R[k], centre[k], taper[k])
+        end, cost, _ = descend(terms, prior, start, tapered, basis, bounds, iterations, tolerance)
+        log_axes[k], exponents[k], R[k], centre[k], taper[k] = end
+        costs[k] = cost
+    return costs
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

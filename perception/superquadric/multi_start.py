@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from operator import attrgetter
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .kinds import basis
-from .levenberg_marquardt import levenberg_marquardt
+from .levenberg_marquardt import levenberg_marquardt_from
 from .options import FitOptions
 from .parameters import ShapeParameters
 from .problem import FitProblem
@@ -44,12 +45,13 @@ def short_descents(
     bounds: NDArray[np.float64],
 ) -> list[Minimum]:
     """Descend a few steps from every start; return the ends, best first."""
-    columns = basis(kind)
-    ends = [
-        levenberg_marquardt(problem, start, columns, bounds, START_ITERATIONS, SHORT_TOLERANCE)
-        for start in starts
-    ]
-    return sorted((Minimum(shape, cost) for shape, cost, _ in ends), key=lambda end: end.cost)
+    starts = list(starts)
+    if not starts:
+        return []
+    ends = levenberg_marquardt_from(
+        problem, starts, basis(kind), bounds, START_ITERATIONS, SHORT_TOLERANCE
+    )
+    return sorted((Minimum(*end) for end in ends), key=attrgetter("cost"))
 
 
 def search_superquadric(

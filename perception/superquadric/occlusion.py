@@ -8,9 +8,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from .cost_kernels import distances
 from .effective_samples import effective_sample_size
-from .free_space import FreeSpace, covered_share, ray_states
+from .free_space import FreeSpace, solid_parameters
+from .free_space_kernels import covers_free_space
 from .options import FitOptions
+from .parameters import N_PARAMETERS, ShapeParameters
+from .plane_kernels import plane_gap
 from .problem import Observation
 from .result import SHAPE_TOLERANCE, CandidateSolid, SuperquadricFit
 from .robust import log_square
@@ -77,39 +81,67 @@ def occlusion_alternatives(
     found: list[CandidateSolid] = []
     for solid in fit.parts or (fit.superquadric,):
         view = _view(fit, solid, rays, observation, options)
+        shape = view.shape
+        base = _Base(
+            view.error(shape), view.hidden_count(shape), view.covered(shape), view.lowest(shape)
+        )
         for axis in range(3):
-            for outwards in (solid.rotation[:, axis], -solid.rotation[:, axis]):
-                found += _ends(view, axis, outwards)
+            for outwards in (shape.R[:, axis], -shape.R[:, axis]):
+                found += _ends(view, base, axis, outwards)
     return tuple(found)
 
 
 class _View(NamedTuple):
-    """The fit, and the data to compare solids with it."""
+    """The fit, and the data to compare solids with it. Shapes are in m, in the frame of the fit."""
 
     selected: CandidateSolid
     """The part whose sides move, with the criterion of the fit."""
-    others: tuple[Superquadric, ...]
-    """The other parts of the object."""
+    shape: ShapeParameters
+    """Its parameters."""
     points: NDArray[np.float64]
+    others: NDArray[np.float64]
+    """Distances of the points from the other parts of the object."""
     samples: float
     """Effective number of samples in the points."""
     free_space: FreeSpace
-    hidden: FreeSpace
-    """The rays on which the object may be hidden, as a free space without any knowledge."""
+    hidden: NDArray[np.float64]
+    """(M, 3) rays on which the object may be hidden."""
     object_rays: int
-    covered: float
-    """Share of the pixels of the fit in empty space."""
     plane: NDArray[np.float64] | None
     noise: float
 
-    def error(self, solid: Superquadric) -> float:
+    def error(self, shape: ShapeParameters) -> float:
         """Return the log of the robust mean square of the points about a solid and the others."""
-        distances = [np.abs(one.distance(self.points)) for one in (solid, *self.others)]
-        return log_square(np.min(distances, axis=0), self.noise)
+        own = np.abs(distances(self.points, shape))
+        return log_square(np.minimum(own, self.others), self.noise)
 
-    def hidden_count(self, solid: Superquadric) -> int:
+    def hidden_count(self, shape: ShapeParameters) -> int:
         """Return the number of hidden rays that meet a solid."""
-        return int(np.count_nonzero(ray_states([solid], self.hidden, 0.0)))
+        nothing = np.zeros(len(self.hidden))
+        states = covers_free_space(self.hidden, nothing, self.free_space.origin, shape)
+        return int(np.count_nonzero(states))
+
+    def covered(self, shape: ShapeParameters) -> float:
+        """Return the share of the pixels of a solid in empty space."""
+        depth = self.free_space.depth - SHAPE_TOLERANCE * self.noise
+        states = covers_free_space(self.free_space.rays, depth, self.free_space.origin, shape)
+        return np.count_nonzero(states > 1) / max(np.count_nonzero(states), 1)
+
+    def lowest(self, shape: ShapeParameters) -> float:
+        """Return the height of the lowest point of a solid over the support plane, 0 without one."""
+        if self.plane is None:
+            return 0.0
+        tapered = bool(shape.taper.any())
+        return plane_gap(self.plane, shape, tapered, np.empty(N_PARAMETERS), np.empty(3))
+
+
+class _Base(NamedTuple):
+    """What the view says of the solid before its sides move; see the methods of :class:`_View`."""
+
+    error: float
+    hidden_count: int
+    covered: float
+    lowest: float
 
 
 def _view(
@@ -124,20 +156,18 @@ def _view(
     rng = np.random.default_rng(options.seed)
     points = observation.cloud.points
     points = points[rng.permutation(len(points))[:POINTS]]
-    others = tuple(part for part in fit.parts if part is not solid)
-    distances = np.array([one.distance(points) for one in (solid, *others)])
-    nearest = np.argmin(np.abs(distances), axis=0)
-    residuals = distances[nearest, np.arange(len(points))]
-    nothing = np.zeros(len(rays))
+    parts = [solid, *(part for part in fit.parts if part is not solid)]
+    gaps = np.array([distances(points, solid_parameters(part)) for part in parts])
+    nearest = np.argmin(np.abs(gaps), axis=0)
     return _View(
         selected=replace(fit.candidates[0], superquadric=solid),
-        others=others,
+        shape=solid_parameters(solid),
         points=points,
-        samples=effective_sample_size(points, residuals),
+        others=np.abs(gaps[1:]).min(axis=0, initial=np.inf),
+        samples=effective_sample_size(points, gaps[nearest, np.arange(len(points))]),
         free_space=free_space,
-        hidden=replace(free_space, rays=rays, depth=nothing, on_object=nothing.astype(bool)),
+        hidden=rays,
         object_rays=int(np.count_nonzero(free_space.on_object)),
-        covered=covered_share([solid], free_space, SHAPE_TOLERANCE * options.noise),
         plane=observation.plane,
         noise=options.noise,
     )
@@ -178,49 +208,60 @@ def _beyond_image(own: NDArray[np.float64], free_space: FreeSpace) -> NDArray[np
     return rays / np.linalg.norm(rays, axis=1, keepdims=True)
 
 
-def _ends(view: _View, axis: int, outwards: NDArray[np.float64]) -> list[CandidateSolid]:
+def _ends(
+    view: _View, base: _Base, axis: int, outwards: NDArray[np.float64]
+) -> list[CandidateSolid]:
     """Return the solids whose side along a direction (3,) ends last and first if hidden."""
     solid = view.selected.superquadric
     extent = 2.0 * float(solid.semi_axes[axis])
     least = max(MIN_CHANGE * extent, SHAPE_TOLERANCE * view.noise)
-    base_error, base_hidden = view.error(solid), view.hidden_count(solid)
 
-    def candidate(change: float) -> CandidateSolid | None:
-        other = with_depth(solid, axis, -outwards, extent + change)
-        hidden = (view.hidden_count(other) - base_hidden) * np.sign(change)
-        if hidden < MIN_HIDDEN * view.object_rays or _is_refuted(view, other):
-            return None
-        evidence = view.samples * (view.error(other) - base_error)
-        if evidence > MAX_EVIDENCE:
-            return None
-        criterion = view.selected.criterion + max(evidence, 0.0)
-        return replace(view.selected, superquadric=other, criterion=criterion)
+    def evidence(change: float) -> float | None:
+        return _evidence(view, base, _with_extent(view.shape, axis, outwards, change), change)
 
     found = []
-    farther = candidate(least)
+    farther = evidence(least)
     if farther is not None:
         low, high = least, max(MAX_EXTENSION * 2.0 * float(solid.semi_axes.max()), least)
         for _ in range(HALVINGS):
             middle = 0.5 * (low + high)
-            tried = candidate(middle)
-            low, high, farther = (middle, high, tried) if tried else (low, middle, farther)
-        found.append(farther)
+            tried = evidence(middle)
+            low, high, farther = (low, middle, farther) if tried is None else (middle, high, tried)
+        found.append((low, farther))
     beyond = float(solid.support(outwards)) - float((view.points @ outwards).max())
     # A solid far from its points would have no extent left.
-    if least < beyond < MAX_SHRINK * extent:
-        nearer = candidate(-beyond)
-        found += [nearer] if nearer is not None else []
-    return found
+    if least < beyond < MAX_SHRINK * extent and (nearer := evidence(-beyond)) is not None:
+        found.append((-beyond, nearer))
+    return [
+        replace(
+            view.selected,
+            superquadric=with_depth(solid, axis, -outwards, extent + change),
+            criterion=view.selected.criterion + max(against, 0.0),
+        )
+        for change, against in found
+    ]
 
 
-def _is_refuted(view: _View, solid: Superquadric) -> bool:
-    """Return whether a solid fills empty space or passes the support plane."""
-    tolerance = SHAPE_TOLERANCE * view.noise
-    if view.plane is not None:
-        normal, offset = view.plane[:3], float(view.plane[3])
-        lowest = offset - float(solid.support(-normal))
-        before = offset - float(view.selected.superquadric.support(-normal))
-        if lowest < min(before, 0.0) - tolerance:
-            return True
-    covered = covered_share([solid], view.free_space, tolerance)
-    return covered > view.covered + MORE_COVERED
+def _with_extent(
+    shape: ShapeParameters, axis: int, outwards: NDArray[np.float64], change: float
+) -> ShapeParameters:
+    """Return the solid whose side along a direction of an axis has moved outwards by `change`."""
+    log_axes = shape.log_axes.copy()
+    log_axes[axis] = np.log(np.exp(log_axes[axis]) + 0.5 * change)
+    return shape._replace(log_axes=log_axes, centre=shape.centre + 0.5 * change * outwards)
+
+
+def _evidence(view: _View, base: _Base, shape: ShapeParameters, change: float) -> float | None:
+    """Return the evidence against a solid with a moved side; None if it is no alternative.
+
+    It is none if the hidden pixels hardly change, or the view or the points refute it.
+    """
+    hidden = (view.hidden_count(shape) - base.hidden_count) * np.sign(change)
+    if hidden < MIN_HIDDEN * view.object_rays:
+        return None
+    if view.lowest(shape) < min(base.lowest, 0.0) - SHAPE_TOLERANCE * view.noise:
+        return None
+    if view.covered(shape) > base.covered + MORE_COVERED:
+        return None
+    evidence = view.samples * (view.error(shape) - base.error)
+    return evidence if evidence <= MAX_EVIDENCE else None
