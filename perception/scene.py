@@ -29,7 +29,7 @@ from .segmentation import (
 from .segmentation.label_pixels import count_labels
 from .stacking import SurfaceBelow, find_surface_below, rests_on
 from .superquadric import FitOptions, SuperquadricFit
-from .thread_pool import map_in_threads
+from .thread_pool import map_in_threads, one_blas_thread
 from .visibility import visible_share
 
 SUPPORT = 0
@@ -128,6 +128,7 @@ class Scene:
         return sum(self.timings.values())
 
 
+@one_blas_thread()
 def perceive(frame: DepthFrame, options: PerceiveOptions | None = None) -> Scene:
     """Find the support plane and the objects of a depth frame, and fit a solid to each object.
 

@@ -1,12 +1,16 @@
-"""One pool of threads for all stages of perception."""
+"""One pool of threads for all stages of perception, and no other threads beside it."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from functools import lru_cache
+from threading import Lock
 from typing import TypeVar
+
+from threadpoolctl import ThreadpoolController
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -47,6 +51,49 @@ def map_in_threads(
         for other in others:
             other.result()
     return [results[number] for number in range(len(items))]
+
+
+@contextmanager
+def one_blas_thread() -> Iterator[None]:
+    """Let products of matrices run in the caller's thread; also a decorator.
+
+    The matrices of perception are small. The threads of BLAS gain nothing on them, and wait for the
+    next product in a busy loop, on the cores that the fits need. The limit holds for the whole
+    process until the last of several threads leaves it. It takes 20 µs.
+    """
+    _blas_limit.enter()
+    try:
+        yield
+    finally:
+        _blas_limit.leave()
+
+
+class _BlasLimit:
+    """The limit on the threads of BLAS, and the number of threads that asked for it."""
+
+    def __init__(self) -> None:
+        self._lock = Lock()
+        self._users = 0
+        self._libraries: ThreadpoolController | None = None
+        self._restore: Callable[[], None] | None = None
+
+    def enter(self) -> None:
+        with self._lock:
+            self._users += 1
+            if self._users == 1:
+                # The search for the libraries takes 8 ms: once, after all of them are loaded.
+                self._libraries = self._libraries or ThreadpoolController()
+                limit = self._libraries.limit(limits=1, user_api="blas")
+                self._restore = limit.restore_original_limits
+
+    def leave(self) -> None:
+        with self._lock:
+            self._users -= 1
+            if self._users == 0 and self._restore is not None:
+                self._restore()
+
+
+_blas_limit = _BlasLimit()
 
 
 @lru_cache(maxsize=1)

@@ -128,7 +128,7 @@ class _View(NamedTuple):
         return np.count_nonzero(states > 1) / max(np.count_nonzero(states), 1)
 
     def lowest(self, shape: ShapeParameters) -> float:
-        """Return the height of the lowest point of a solid over the support plane, 0 without one."""
+        """Return the height of the lowest point over the support plane, 0 without one."""
         if self.plane is None:
             return 0.0
         tapered = bool(shape.taper.any())
