@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import KDTree
 
+from .neighbour_kernels import nearest_neighbours
 from .robust import robust_spread
 
 PATCH_SIZE = 30
@@ -41,7 +41,7 @@ def effective_sample_size(
     square = float(np.mean(residuals**2))
     if square == 0.0:
         return max_samples
-    patches = np.asarray(KDTree(points).query(points[:PATCHES], k=PATCH_SIZE + 1)[1])
+    _, patches = nearest_neighbours(points, points[:PATCHES], PATCH_SIZE + 1)
     correlation = float(np.mean(residuals[:PATCHES, None] * residuals[patches[:, 1:]])) / square
     samples = TRUSTED_SHARE * len(points) / (1.0 + PATCH_SIZE * max(correlation, 0.0))
     return float(np.clip(samples, MIN_SAMPLES, max_samples))

@@ -6,7 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import KDTree
+
+from .neighbour_kernels import nearest_neighbours
 
 NEIGHBOURS = 6
 """Neighbours whose mean distance decides whether a point is an outlier."""
@@ -61,5 +62,4 @@ def _neighbour_distances(
         if distance > 0.0:
             forward = forward / distance
             points = points - (1.0 - DEPTH_WEIGHT) * np.outer(points @ forward, forward)
-    spacing, _ = KDTree(points).query(points, k=count + 1)
-    return spacing[:, 1:]
+    return nearest_neighbours(points, points, count + 1)[0][:, 1:]

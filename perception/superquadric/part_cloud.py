@@ -7,12 +7,12 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import KDTree
 
 from ..perpendicular import perpendicular_pair
 from .effective_samples import MAX_SAMPLES
 from .free_space import OCCLUDER_GAP, solid_parameters
 from .free_space_kernels import covers_free_space
+from .neighbour_kernels import nearest_neighbours
 from .options import FitOptions
 from .parameters import ShapeParameters
 from .part_kernels import hides_places
@@ -213,10 +213,9 @@ def prepare_part_cloud(observation: Observation, options: FitOptions) -> PartClo
     order = np.random.default_rng(options.seed).permutation(len(observation.cloud.points))
     points = (sort_by_radius(observation.cloud.points)[order] - problem.centre) / problem.unit
     few = points[:SEARCH_POINTS]
-    tree = KDTree(few)
-    _, neighbours = tree.query(few, k=min(NEIGHBOURS + 1, len(few)))
-    neighbours = np.asarray(neighbours)[:, 1:]
-    owner = np.concatenate([np.arange(len(few)), tree.query(points[len(few) :])[1]])
+    neighbours = nearest_neighbours(few, few, min(NEIGHBOURS + 1, len(few)))[1][:, 1:]
+    nearest = nearest_neighbours(few, points[len(few) :], 1)[1][:, 0]
+    owner = np.concatenate([np.arange(len(few)), nearest])
     image, frame, empty = None, None, None
     unknown, margin, clearance = np.zeros((0, 2)), 0.0, 0.0
     if observation.view_origin is not None:
@@ -238,7 +237,7 @@ def prepare_part_cloud(observation: Observation, options: FitOptions) -> PartClo
         points=few,
         all_points=points,
         neighbours=neighbours,
-        owner=owner.astype(np.int64),
+        owner=owner,
         image=image,
         frame=frame,
         empty=empty,
@@ -264,8 +263,8 @@ def _empty_rays(
     beside = ~space.on_object & (space.rays @ frame[2] > 0.1)
     rays = space.rays[beside]
     image_of_rays = _project(rays, frame)
-    gaps, nearest = KDTree(image).query(image_of_rays)
-    edge = np.linalg.norm(points[nearest] - origin, axis=1)
+    gaps, nearest = nearest_neighbours(_in_plane(image), _in_plane(image_of_rays), 1)
+    edge = np.linalg.norm(points[nearest[:, 0]] - origin, axis=1)
     depth = np.minimum(space.depth[beside] / problem.unit, 1e3)
     whole = depth > edge - OCCLUDER_GAP / problem.unit
     if observation.plane is not None:
@@ -279,7 +278,7 @@ def _empty_rays(
     empty_rays = EmptyRays(
         rays=np.ascontiguousarray(rays[empty]),
         depth=depth[empty],
-        gaps=np.asarray(gaps)[empty] * edge[empty],
+        gaps=gaps[empty, 0] * edge[empty],
         object_rays=int(np.count_nonzero(space.on_object)),
     )
     return empty_rays, unknown
@@ -289,3 +288,8 @@ def _project(directions: NDArray[np.float64], frame: NDArray[np.float64]) -> NDA
     """Return positions (N, 2) of directions (N, 3) in the image plane at unit depth."""
     local = directions @ frame.T
     return local[:, :2] / local[:, 2:]
+
+
+def _in_plane(positions: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return positions (N, 2) in the image as points (N, 3) of its plane."""
+    return np.column_stack([positions, np.zeros(len(positions))])
