@@ -96,6 +96,12 @@ def describe_fit(
 
 
 def candidate_solid(model: CandidateModel, problem: FitProblem) -> CandidateSolid:
+    """Return the solid of a model with the spread of the points of a problem about it."""
+    residuals = distances(problem.points, model.shape) * problem.unit
+    return CandidateSolid(model_solid(model, problem), robust_spread(residuals), model.criterion)
+
+
+def model_solid(model: CandidateModel, problem: FitProblem) -> Superquadric:
     """Return the solid in m and in the frame of the cloud, in canonical form."""
     log_axes, (e1, e2), R, centre, (k1, k2) = model.shape
     exponents = (float(e1), float(e2))
@@ -106,9 +112,7 @@ def candidate_solid(model: CandidateModel, problem: FitProblem) -> CandidateSoli
     matrix[:3, :3] = R
     matrix[:3, 3] = centre * problem.unit + problem.centre
     pose = RigidTransform(matrix, normalize=False)
-    solid = Superquadric(semi_axes, exponents, pose, model.kind, taper)
-    residuals = distances(problem.points, model.shape) * problem.unit
-    return CandidateSolid(solid, robust_spread(residuals), model.criterion)
+    return Superquadric(semi_axes, exponents, pose, model.kind, taper)
 
 
 def is_finite(shape: ShapeParameters) -> bool:

@@ -13,7 +13,7 @@ from eyehand.errors import InputError
 
 from .constrained import refine_in_free_space
 from .cost_kernels import normal_equations
-from .finish import candidate_solid, describe_fit, finish_fit, is_finite, refine_model
+from .finish import describe_fit, finish_fit, is_finite, model_solid, refine_model
 from .free_space import FreeSpace, OutlineShares, covered_share, outline_shares
 from .model_selection import CandidateModel, criterion, select_model
 from .occlusion import occlusion_alternatives
@@ -289,7 +289,7 @@ def _sort_by_outline(
         return models
 
     def wrong_share(model: CandidateModel) -> float:
-        solid = candidate_solid(model, problem).superquadric
+        solid = model_solid(model, problem)
         return sum(outline_shares([solid], free_space, COVERED_NOISE * options.noise)[:2])
 
     first = wrong_share(models[0])
@@ -326,7 +326,7 @@ def _avoid_free_space(
     tolerance = COVERED_NOISE * options.noise
 
     def share(model: CandidateModel) -> float:
-        return covered_share([candidate_solid(model, problem).superquadric], free_space, tolerance)
+        return covered_share([model_solid(model, problem)], free_space, tolerance)
 
     before = share(selected)
     if not MAX_COVERED_SHARE < before < MAX_MENDED_SHARE:

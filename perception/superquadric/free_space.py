@@ -16,6 +16,7 @@ from scipy.spatial import KDTree
 from eyehand.errors import InputError
 
 from .free_space_kernels import covers_free_space
+from .neighbour_kernels import nearest_neighbours
 from .parameters import ShapeParameters
 from .shape import Superquadric
 
@@ -77,12 +78,9 @@ class FreeSpace:
         """
         if not len(self.rays):
             return np.ones(len(directions), dtype=bool)
-        cosines = directions @ self.rays.T
-        around = np.argpartition(-cosines, min(NEIGHBOURS, len(self.rays)) - 1, axis=1)
-        around = around[:, :NEIGHBOURS]
-        rows = np.arange(len(directions))
-        nearest = around[rows, np.argmax(cosines[rows[:, None], around], axis=1)]
-        outside = cosines[rows, nearest] < np.cos(self.pitch)
+        count = min(NEIGHBOURS, len(self.rays))
+        distances, around = nearest_neighbours(self.rays, directions, count)
+        outside = distances[:, 0] > 2.0 * np.sin(0.5 * self.pitch)
         inside = self.on_object[around].all(axis=1)
         in_front, _ = self.occluders
         return outside | in_front[around].any(axis=1) | inside

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .effective_samples import MAX_SAMPLES, TRUSTED_SHARE
-from .finish import candidate_solid, describe_fit, is_finite, refine_model
+from .finish import describe_fit, is_finite, model_solid, refine_model
 from .free_space import FreeSpace
 from .model_selection import CandidateModel
 from .options import FitOptions
@@ -180,7 +180,7 @@ def _to_result(parts: _Parts, cloud: PartCloud, options: FitOptions) -> Superqua
         model = refine_model(best, problem, options)
         if not is_finite(model.shape):
             return None
-        solid = candidate_solid(model, problem).superquadric
+        solid = model_solid(model, problem)
         refined.append((solid, [model, *others], problem))
     refined.sort(key=lambda part: -part[0].volume)
     solids = tuple(solid for solid, _, _ in refined)

@@ -161,8 +161,11 @@ def check_size(shape: ShapeParameters, problem: FitProblem, options: FitOptions)
 
 def check_covered_share(share: float, free_space: FreeSpace, parts: int) -> str:
     """Check the share of the pixels of so many parts in space seen to be empty outside holes."""
+    # Most solids cover less, so that no hole needs to be searched.
+    if share <= MAX_COVERED_SHARE:
+        return ""
     holes = free_space.hole_share
-    if share <= (MAX_COVERED_WITH_HOLE if holes > 0.0 and parts > 1 else MAX_COVERED_SHARE):
+    if holes > 0.0 and parts > 1 and share <= MAX_COVERED_WITH_HOLE:
         return ""
     why = "is the object bent, branched or several objects?"
     if holes > 0.0:
