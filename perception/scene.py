@@ -107,7 +107,8 @@ class Scene:
     """The segmentation of the depth image. Its geometry is in the camera frame."""
     timings: dict[str, float]
     """Time of each stage, s: ``segmentation``, ``clouds``, ``fit`` (with the search for the
-    surface below each object) and ``relations`` (`visible_share`, `rests_on`, `overlaps`)."""
+    surface below each object, and its `visible_share`) and ``relations`` (`rests_on`,
+    `overlaps`)."""
     containers: tuple[Container, ...] = ()
     """Bins, totes, boxes and trays, largest first."""
     unknown: tuple[UnknownRegion, ...] = ()
@@ -176,24 +177,25 @@ def perceive(frame: DepthFrame, options: PerceiveOptions | None = None) -> Scene
         for label in clouds
     }
 
-    def fit_label(label: int) -> SuperquadricFit:
+    def fit_label(label: int) -> tuple[SuperquadricFit, float]:
         plane = _plane_below(support, below[label])
-        return _fit(label, clouds[label], plane, frame, T_scene_camera, segmentation, options)
+        fit = _fit(label, clouds[label], plane, frame, T_scene_camera, segmentation, options)
+        return fit, visible_share(int(sizes[label]), fit, frame, T_scene_camera)
 
     fits = dict(zip(clouds, map_in_threads(fit_label, clouds, options.threads), strict=True))
     fitted = time.perf_counter()
-    overlaps = overlapping_objects(fits)
+    overlaps = overlapping_objects({label: fit for label, (fit, _) in fits.items()})
     objects = tuple(
         SceneObject(
             label=label,
             points=readings[label],
             pixel_count=int(sizes[label]),
-            fit=fits[label],
-            visible_share=visible_share(int(sizes[label]), fits[label], frame, T_scene_camera),
-            rests_on=rests_on(cloud, fits[label], below[label], support),
+            fit=fit,
+            visible_share=share,
+            rests_on=rests_on(clouds[label], fit, below[label], support),
             overlaps=overlaps[label],
         )
-        for label, cloud in clouds.items()
+        for label, (fit, share) in fits.items()
     )
     timings = {
         "segmentation": segmented - started,

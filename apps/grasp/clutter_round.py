@@ -127,8 +127,9 @@ class Attempt:
     cause: str
     """Cause of the failure, or an empty string."""
     perceive_ms: float
-    """Processor time of perception and planning on one thread, ms."""
+    """Processor time of perception, of all threads, ms."""
     plan_ms: float
+    """The same of planning."""
     objects_seen: int
     """Number of objects that were perceived."""
     heavy: bool
@@ -229,15 +230,15 @@ def _attempt(
         noise = add_dex_noise(view.depth, rng) - view.depth
         depth = np.maximum(depth + np.float32(settings.changes.noise_scale) * noise, 0.0)
     frame = DepthFrame(depth, CAMERA, T_world_camera)
-    started = time.thread_time()
+    started = time.process_time()
     if settings.known_table:
         frame, _ = correct_depth(frame, TABLE_HEIGHT)
     if memory is not None:
         frame, _ = memory.corrected(frame)
     scene = perceive(frame)
-    perceived = time.thread_time()
+    perceived = time.process_time()
     grasps = plan_grasps(scene, world.hand, _options(settings, failed))
-    planned = time.thread_time()
+    planned = time.process_time()
     offered = [grasp for grasp in grasps if grasp.safe or not settings.safe_only]
     if not offered:
         return None, None, grasps.reason

@@ -12,7 +12,7 @@ FACE_DEPTH = 0.01
 of the opposite wall of a vessel."""
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def contacts(rotation, tip, reach, surface, blocks, measured, pad, facing):
     """Return where the pads meet an object, (n, 9); width -1 where they meet nothing.
 
@@ -58,7 +58,7 @@ def contacts(rotation, tip, reach, surface, blocks, measured, pad, facing):
     return out
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _slab(frame, size, surface, blocks, measured, slab):
     """Write x, z and cosine of the points between the pads into `slab`.
 
@@ -82,7 +82,7 @@ def _slab(frame, size, surface, blocks, measured, slab):
     return count, seen
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _between(at, size, radius):
     """Return whether a sphere in the tool frame reaches into the space between the pads.
 
@@ -97,7 +97,7 @@ def _between(at, size, radius):
     )
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _faces(seen, solid, facing):
     """Return the least and greatest x of an object, and whether each side was measured.
 
@@ -118,7 +118,7 @@ def _faces(seen, solid, facing):
     return -low, high, 1.0 * on_right, 1.0 * on_left
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _measured_face(seen, sign, facing):
     """Return the second largest sign · x of the points that face a pad, and their number.
 
@@ -139,7 +139,7 @@ def _measured_face(seen, sign, facing):
     return second, count
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _touching(slab, low, high, near, out):
     """Write cosines, z range and number of the points that touch the pads into a row."""
     right = _patch(slab, 1.0, high - near)
@@ -149,7 +149,7 @@ def _touching(slab, low, high, near, out):
     out[8] = right[3] + left[3]
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _patch(slab, sign, least):
     """Return the largest cosine, the z range and the number of the points above a sign · x."""
     best, z_low, z_high, count = -1.0, np.inf, -np.inf, 0.0

@@ -60,7 +60,7 @@ class Memory(NamedTuple):
     """The radius of points, (N,), m."""
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def clearances(rotation, tip, half, owner, points, label, finger, fixed, sweep, limits):
     """Return the clearance of each candidate from its own object's points and from others', (n, 2).
 
@@ -103,7 +103,7 @@ def clearances(rotation, tip, half, owner, points, label, finger, fixed, sweep, 
     return out
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def travels(rotation, start, half, points, finger, fixed, length, allowance, rank):
     """Return the travel of boxes until they touch the point of a rank, (n,), m.
 
@@ -141,7 +141,7 @@ def travels(rotation, start, half, points, finger, fixed, length, allowance, ran
     return out
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def tool_frame(r, tip):
     """Return the axes and the origin of a tool frame: not arrays, which are loaded every time."""
     return (
@@ -152,7 +152,7 @@ def tool_frame(r, tip):
     )
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def to_tool(frame, point):
     """Return a point in the tool frame."""
     x, y, z, tip = frame
@@ -160,13 +160,13 @@ def to_tool(frame, point):
     return dot(x, d), dot(y, d), dot(z, d)
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def dot(a, b):
     """Return the scalar product of two vectors of three numbers."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def columns_to_tool(frame, points, first, last, local):
     """Write the points [first, last) of (3, N) in the tool frame to the start of `local` (3, N)."""
     x, y, z, tip = frame
@@ -179,7 +179,7 @@ def columns_to_tool(frame, points, first, last, local):
         lz[k] = z[0] * dx + z[1] * dy + z[2] * dz
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _memory(points, hand):
     cloud, blocks, groups = points
     n, b = max(cloud.shape[1], 1), len(hand.boxes)
@@ -194,7 +194,7 @@ def _memory(points, hand):
     )
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _lower(low, side, frame, half, hand, points, least, memory):
     """Insert the least values of points into the sorted rows of `low` (sides, rank).
 
@@ -228,7 +228,7 @@ def _lower(low, side, frame, half, hand, points, least, memory):
             break
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _values(frame, half, hand, spheres, span, local, out):
     """Write the least values of points in spheres for each box, and of all, into `out` (b + 1, n).
 
@@ -247,7 +247,7 @@ def _values(frame, half, hand, spheres, span, local, out):
     return count
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _nearest(value, bound, order):
     """Write the places of the values below a bound into `order`, sorted; return their number."""
     count = 0
@@ -262,7 +262,7 @@ def _nearest(value, bound, order):
     return count
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _insert(low, value):
     """Insert a value into a sorted array, and drop its last one."""
     place = len(low) - 1
@@ -272,7 +272,7 @@ def _insert(low, value):
     low[place] = value
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _box_values(local, radius, half, hand, b, out):
     """Lower the values in `out` to those of a box, less the radius of the spheres."""
     # The finger's box stands for those of both fingers.
@@ -283,7 +283,7 @@ def _box_values(local, radius, half, hand, b, out):
         _distance_values(local, radius, half, both, hand.boxes[b], out)
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _distance_values(local, radius, half, both, box, out):
     """Lower values to the signed distances from a box, m."""
     lx, ly, lz = local[0], local[1], local[2]
@@ -301,7 +301,7 @@ def _distance_values(local, radius, half, both, box, out):
         out[k] = value if value < out[k] else out[k]
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _travel_values(local, radius, half, both, box, out):
     """Lower values to the travels until a box touches points, m."""
     lx, ly, lz = local[0], local[1], local[2]
@@ -316,7 +316,7 @@ def _travel_values(local, radius, half, both, box, out):
         out[k] = value if value < out[k] else out[k]
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _larger(a, b):
     """Return the larger number. `max` handles NaN, and so prevents vector instructions."""
     return a if a > b else b

@@ -12,6 +12,7 @@ from scipy.special import expit
 
 from eyehand.errors import InputError
 from eyehand.perception import Scene
+from eyehand.perception.thread_pool import map_in_threads, one_blas_thread
 
 from ..fit_uncertainty import width_stds
 from ..hands import ParallelHand
@@ -52,6 +53,7 @@ AXIS_KEY = np.array([1 << 42, 1 << 21, 1])
 """Weights that make one number of a closing axis in these steps."""
 
 
+@one_blas_thread()
 def plan_grasps(
     scene: Scene,
     hand: ParallelHand,
@@ -102,16 +104,19 @@ def plan_grasps(
     surfaces = [surface for _, surface in known]
     tests = scene_tests(scene, surfaces, hand, options)
     carrying = {item.rests_on for item, _ in known}
-    best = []
-    for number, (item, surface) in enumerate(known):
-        if labels is not None and item.label not in labels:
-            continue
+
+    def best_of(number: int) -> ScoredCandidates | None:
+        item, surface = known[number]
         found = _contact_candidates(item, surface, number, hand, up, scene, options, rejected)
-        if found is not None:
-            order = STACKED_TERM if item.label in carrying else 1.0
-            found.terms["order"] = np.full(len(found.opening), order)
-            found = best_grasps(found, surface, tests, options, rejected[item.label])
-            best += [found] if found is not None else []
+        if found is None:
+            return None
+        order = STACKED_TERM if item.label in carrying else 1.0
+        found.terms["order"] = np.full(len(found.opening), order)
+        return best_grasps(found, surface, tests, options, rejected[item.label])
+
+    chosen = [k for k, (item, _) in enumerate(known) if labels is None or item.label in labels]
+    found = map_in_threads(best_of, chosen, options.threads)
+    best = [one for one in found if one is not None]
     grasps = ranked_grasps(join_scored(best), surfaces, scene, hand, options) if best else []
     if not grasps:
         return _empty(scene, rejected, started)

@@ -61,7 +61,7 @@ def sunk_depths(
     )
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _sunk_depths(candidates, boxes, points, label):
     """Return the depths (n, 2) of candidates: their rotation, tip and object.
 
@@ -101,7 +101,7 @@ def _sunk_depths(candidates, boxes, points, label):
     return out
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _near_boxes(points, k, boxes, margin, near):
     """Write whether a point is within a margin of each box; return whether it is of any."""
     found = False
@@ -111,7 +111,7 @@ def _near_boxes(points, k, boxes, margin, near):
     return found
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _add_points(ways, points, count, box):
     """Insert the ways of the points inside a box into the largest ones; return their number."""
     inside = 0
@@ -127,7 +127,7 @@ def _add_points(ways, points, count, box):
     return inside
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _insert_large(large, value):
     """Insert a value into an array in falling order, and drop its last one."""
     place = len(large) - 1
@@ -139,7 +139,7 @@ def _insert_large(large, value):
     large[place] = value
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _outside(points, k, box, margin):
     """Return whether a point is farther outside a box than the margin along some axis."""
     x, y, z = points[0, k], points[1, k], points[2, k]

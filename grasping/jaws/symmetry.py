@@ -36,7 +36,7 @@ def symmetry_axes(surface: ObjectSurface) -> NDArray[np.float64]:
     return np.array(axes, dtype=np.float64).reshape(-1, 2, 3)
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def distinct(tips, rotations, total, axes, count, least):
     """Return the indices of the best grasps of an object that differ, best first, (k,).
 
@@ -72,7 +72,7 @@ def distinct(tips, rotations, total, axes, count, least):
     return chosen[:found]
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def repeats(tips, rotations, total, others, axes):
     """Return a mask (n,) of the poses that equal a better grasp of `others`.
 
@@ -87,7 +87,7 @@ def repeats(tips, rotations, total, others, axes):
     return out
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _is_same(tip, rotation, other, turned, axes):
     """Return whether two poses are close, or differ by a turn about one of the axes alone."""
     if (
@@ -108,7 +108,7 @@ def _is_same(tip, rotation, other, turned, axes):
     return False
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _place(axis, tip):
     """Return the coordinate of a point along an axis and its distance from it, m."""
     offset = tip - axis[0]

@@ -131,6 +131,16 @@ def test_list_is_sorted_and_covers_all_objects():
     assert len(grasps[:2]) == 2
 
 
+def test_grasps_do_not_depend_on_the_number_of_threads():
+    cans = [can(0.02 + 0.002 * k, 0.1, (0.09 * k - 0.2, 0.0), label=k) for k in range(1, 5)]
+    one, three = (plan_grasps(scene_of(*cans), PANDA, JawOptions(threads=n)) for n in (1, 3))
+    assert len(one) == len(three) > 4
+    assert one.rejected == three.rejected
+    for first, second in zip(one, three, strict=True):
+        assert (first.object_label, first.success) == (second.object_label, second.success)
+        np.testing.assert_array_equal(first.T_scene_tcp.as_matrix(), second.T_scene_tcp.as_matrix())
+
+
 def test_neighbour_blocks_the_side_where_it_stands():
     alone = plan_grasps(scene_of(box((0.04, 0.05, 0.1))), PANDA)
     # A wall 8 mm beside the narrow side leaves no room for a finger.
@@ -266,6 +276,8 @@ def test_options_are_checked():
         JawOptions(approaches=3)
     with pytest.raises(InputError, match="tested must be from 1 to 100000, got 0"):
         JawOptions(tested=0)
+    with pytest.raises(InputError, match="threads must be from 1 to 256, got 0"):
+        JawOptions(threads=0)
     with pytest.raises(InputError, match="guarded must be True or False, got 'no'"):
         JawOptions(guarded="no")  # pyright: ignore[reportArgumentType]
     with pytest.raises(InputError, match="failed must hold grasps of plan_grasps"):
