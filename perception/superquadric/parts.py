@@ -83,7 +83,7 @@ def split_into_parts(
         return whole
     cloud = prepare_part_cloud(observation, options)
     single, parameters = _single(whole, cloud)
-    assignments = _assign_parts(single, cloud, options)
+    assignments = _assign_parts(single, cloud, options, needed=not whole)
     if not assignments:
         return whole
     # Any parts that pass the checks are better than a solid that fails them.
@@ -134,17 +134,23 @@ def _is_explained(assignment: PartAssignment, cloud: PartCloud) -> bool:
 
 
 def _assign_parts(
-    single: PartAssignment, cloud: PartCloud, options: FitOptions
+    single: PartAssignment, cloud: PartCloud, options: FitOptions, *, needed: bool
 ) -> list[PartAssignment]:
-    """Assign the points to 2, 3, ... rough solids while points remain unexplained."""
+    """Assign the points to 2, 3, ... rough solids while points remain unexplained.
+
+    Unless parts are `needed`, because no single solid is valid, the first cut that does not lower
+    the error is the last one.
+    """
     assignment = single
     assignments: list[PartAssignment] = []
     while len(assignment.parts) < options.max_parts and not _is_explained(assignment, cloud):
         cut = cut_part(assignment, worst_part(assignment, cloud), cloud, options)
         if cut is None:
             break
-        assignment = cut
         assignments.append(cut)
+        if not needed and cut.square >= assignment.square:
+            break
+        assignment = cut
     return assignments
 
 

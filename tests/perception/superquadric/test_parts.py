@@ -17,6 +17,16 @@ from eyehand.apps.fitting.bench.compound_solids import (
 from eyehand.apps.fitting.bench.score import overlap
 from eyehand.errors import InputError
 from eyehand.perception import FitOptions, SuperquadricFit, fit_superquadric
+from eyehand.perception.superquadric import parts
+from eyehand.perception.superquadric.outliers import FilteredCloud
+from eyehand.perception.superquadric.part_assignment import (
+    PartAssignment,
+    assignment_of,
+    principal_box,
+    rough_part,
+)
+from eyehand.perception.superquadric.part_cloud import prepare_part_cloud
+from eyehand.perception.superquadric.problem import Observation
 
 THREE_PARTS = FitOptions(max_parts=3)
 NOISE = 0.001
@@ -190,3 +200,24 @@ def test_parts_respect_fit_options():
     fit = fit_superquadric(points, options=fast)
     assert len(fit.parts) == 2
     assert {part.kind for part in fit.parts} <= {"box", "cylinder"}
+
+
+@pytest.mark.parametrize(("needed", "expected"), [(False, 1), (True, 3)])
+def test_a_cut_that_lowers_no_error_is_the_last_unless_parts_are_needed(
+    needed, expected, monkeypatch
+):
+    """Correlated noise of a camera leaves errors that more parts do not lower."""
+    cuts = []
+
+    def useless_cut(assignment: PartAssignment, *_: object) -> PartAssignment:
+        cuts.append(assignment)
+        return assignment._replace(parts=(*assignment.parts, assignment.parts[0]))
+
+    monkeypatch.setattr(parts, "cut_part", useless_cut)
+    points = whole_surface(make_compound("L", 3), 3)
+    observation = Observation(FilteredCloud(points, 0.0, on_grid=False))
+    cloud = prepare_part_cloud(observation, FitOptions())
+    shape = principal_box(cloud.points)
+    single = assignment_of([rough_part(shape, cloud)], np.zeros(len(cloud.points), int), cloud)
+    found = parts._assign_parts(single, cloud, FitOptions(max_parts=4), needed=needed)
+    assert len(found) == len(cuts) == expected
