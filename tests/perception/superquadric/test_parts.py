@@ -211,7 +211,10 @@ def test_a_cut_that_lowers_no_error_is_the_last_unless_parts_are_needed(
 
     def useless_cut(assignment: PartAssignment, *_: object) -> PartAssignment:
         cuts.append(assignment)
-        return assignment._replace(parts=(*assignment.parts, assignment.parts[0]))
+        labels = assignment.labels.copy()
+        labels[len(cuts) :: 5] = len(assignment.parts)
+        parts = (*assignment.parts, assignment.parts[0])
+        return assignment._replace(parts=parts, labels=labels)
 
     monkeypatch.setattr(parts, "cut_part", useless_cut)
     points = whole_surface(make_compound("L", 3), 3)
