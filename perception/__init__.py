@@ -48,6 +48,7 @@ if TYPE_CHECKING:
     )
     from .stored_front import FrontFormat, StoredFront
     from .superquadric import FitOptions, FreeSpace, Superquadric, SuperquadricFit, fit_superquadric
+    from .thread_pool import map_in_threads, one_blas_thread
     from .visibility import outline, outline_points, view_free_space
 
 __all__ = [
@@ -77,9 +78,11 @@ __all__ = [
     "fit_superquadric",
     "frame_faults",
     "kernels_are_cached",
+    "map_in_threads",
     "mask_points",
     "mask_robot",
     "mask_volumes",
+    "one_blas_thread",
     "outline",
     "outline_points",
     "perceive",
@@ -98,7 +101,7 @@ __all__ = [
 ]
 
 _MODULES = (
-    *("frame", "perpendicular", "stored_front", "io", "robot_mask"),
+    *("frame", "perpendicular", "thread_pool", "stored_front", "io", "robot_mask"),
     *("segmentation", "superquadric", "visibility", "object_evidence", "scene", "kernel_cache"),
 )
 """Modules that hold the public names, the quickest to import first."""

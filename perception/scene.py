@@ -161,16 +161,10 @@ def perceive(frame: DepthFrame, options: PerceiveOptions | None = None) -> Scene
     pose = frame.T_world_camera
     T_scene_camera = RigidTransform.identity() if pose is None else pose
     support = segmentation.support.moved(T_scene_camera) if segmentation.support else None
-    rng = np.random.default_rng(options.seed)
     boxes = segmentation.boxes()
     sizes = count_labels(segmentation.labels, segmentation.count)
-    clouds = {
-        label: T_scene_camera.apply(
-            sample_points(frame, segmentation, label, box, options.cloud_points, rng)
-        )
-        for label, box in boxes.items()
-    }
-    readings, clouds = clouds, {k: one[: options.cloud_points] for k, one in clouds.items()}
+    readings = _sample_readings(frame, segmentation, T_scene_camera, boxes, options)
+    clouds = {label: one[: options.cloud_points] for label, one in readings.items()}
     collected = time.perf_counter()
     below = {
         label: find_surface_below(label, clouds, support, segmentation, boxes[label])
@@ -280,6 +274,23 @@ def region_evidence(
     moved = support.moved(T_scene_camera) if support else None
     plane = _plane_below(moved, SurfaceBelow(0.0, SUPPORT))
     return collect_evidence(cloud, plane, frame, T_scene_camera, segmentation.mask(label))
+
+
+def _sample_readings(
+    frame: DepthFrame,
+    segmentation: Segmentation,
+    T_scene_camera: RigidTransform,
+    boxes: dict[int, tuple[slice, slice]],
+    options: PerceiveOptions,
+) -> dict[int, NDArray[np.float64]]:
+    """Return points (N, 3) of each object, scene frame. The first ones are those of its fit."""
+    rng = np.random.default_rng(options.seed)
+    return {
+        label: T_scene_camera.apply(
+            sample_points(frame, segmentation, label, box, options.cloud_points, rng)
+        )
+        for label, box in boxes.items()
+    }
 
 
 def _plane_below(support: SupportPlane | None, surface: SurfaceBelow) -> NDArray[np.float64] | None:

@@ -11,8 +11,7 @@ import numpy as np
 from scipy.special import expit
 
 from eyehand.errors import InputError
-from eyehand.perception import Scene
-from eyehand.perception.thread_pool import map_in_threads, one_blas_thread
+from eyehand.perception import Scene, map_in_threads, one_blas_thread
 
 from ..fit_uncertainty import width_stds
 from ..hands import ParallelHand

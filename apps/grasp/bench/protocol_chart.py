@@ -114,7 +114,7 @@ def _chart(
     data = f"clutter-removal protocol, {settings.hand}, {settings.families[0]}, {noise}{table}"
     return ParetoChart(
         "Planning grasps of unknown objects: time against success",
-        "processor time of all threads; blue: dials of the planner; default with 95 % confidence: "
+        "processor time on one thread; blue: dials of the planner; default with 95 % confidence: "
         f"{default['success_ci_low_pct']:.0f} to {default['success_ci_high_pct']:.0f} %",
         points,
         front,

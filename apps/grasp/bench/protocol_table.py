@@ -17,7 +17,7 @@ COLUMNS = (
 CAPTION = (
     "success: successful share of the grasps; declutter: removed share of the objects; both with "
     "95 % Wilson intervals. light: without objects that weigh more than 40 % of the friction of "
-    "both pads. perceive, plan: median processor time of all threads. Rows of other methods were "
+    "both pads. perceive, plan: median processor time on one thread. Rows of other methods were "
     "measured by others in the original protocol (PyBullet, other meshes and seeds): they are no "
     "comparison on equal scenes"
 )
