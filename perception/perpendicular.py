@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 def perpendicular_pair(direction: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return rows a, b (2, 3) that complete a unit direction d (3,) to a right-handed frame abd.
 
-    The result is deterministic: a is also perpendicular to the coordinate axis farthest from d.
+    The result is deterministic: a is also perpendicular to the coordinate axis farthest from d. For
+    a zero direction it is NaN.
     """
     # Numbers are faster than arrays of three.
     d1, d2, d3 = direction.tolist()
@@ -22,7 +23,7 @@ def perpendicular_pair(direction: NDArray[np.float64]) -> NDArray[np.float64]:
         a1, a2, a3 = -d3, 0.0, d1
     else:
         a1, a2, a3 = d2, -d1, 0.0
-    length = math.sqrt(a1 * a1 + a2 * a2 + a3 * a3)
+    length = math.sqrt(a1 * a1 + a2 * a2 + a3 * a3) or math.nan
     a1, a2, a3 = a1 / length, a2 / length, a3 / length
     second = (d2 * a3 - d3 * a2, d3 * a1 - d1 * a3, d1 * a2 - d2 * a1)
     return np.array([(a1, a2, a3), second])

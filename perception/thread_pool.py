@@ -1,4 +1,4 @@
-"""One pool of threads for all stages of perception, and no other threads beside it."""
+"""One pool of threads for all stages of perception, and a limit on the threads of BLAS."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from functools import lru_cache
 from threading import Lock
 from typing import TypeVar
 
-from threadpoolctl import ThreadpoolController
+from threadpoolctl import OpenBLASController, get_cached_controller
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -55,7 +55,7 @@ def map_in_threads(
 
 @contextmanager
 def one_blas_thread() -> Iterator[None]:
-    """Let products of matrices run in the caller's thread; also a decorator.
+    """Limit BLAS to one thread. It is a context manager and a decorator.
 
     The matrices of perception are small. The threads of BLAS gain nothing on them, and wait for the
     next product in a busy loop, on the cores that the fits need. The limit holds for the whole
@@ -69,31 +69,46 @@ def one_blas_thread() -> Iterator[None]:
 
 
 class _BlasLimit:
-    """The limit on the threads of BLAS, and the number of threads that asked for it."""
+    """The limit on the threads of BLAS, and the number of threads that use it."""
 
     def __init__(self) -> None:
+        self.reset()
+
+    def reset(self) -> None:
+        """Start without users, as in a forked process: it has none of their threads."""
         self._lock = Lock()
         self._users = 0
-        self._libraries: ThreadpoolController | None = None
         self._restore: Callable[[], None] | None = None
 
     def enter(self) -> None:
         with self._lock:
+            if self._users == 0:
+                # It searches again for libraries after new modules were imported.
+                libraries = get_cached_controller().select(user_api="blas")
+                _release_openblas()
+                self._restore = libraries.limit(limits=1).restore_original_limits
             self._users += 1
-            if self._users == 1:
-                # The search for the libraries takes 8 ms: once, after all of them are loaded.
-                self._libraries = self._libraries or ThreadpoolController()
-                limit = self._libraries.limit(limits=1, user_api="blas")
-                self._restore = limit.restore_original_limits
 
     def leave(self) -> None:
         with self._lock:
-            self._users -= 1
+            # A process forked inside the limit leaves it without having entered.
+            self._users = max(self._users - 1, 0)
             if self._users == 0 and self._restore is not None:
+                _release_openblas()
                 self._restore()
+                _release_openblas()
+
+
+def _release_openblas() -> None:
+    """Let the present thread change the limit, which threadpoolctl keeps to the one before."""
+    OpenBLASController.clear_controlling_thread(force=True)
 
 
 _blas_limit = _BlasLimit()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_blas_limit.reset)
 
 
 @lru_cache(maxsize=1)

@@ -73,6 +73,7 @@ def view_free_space(
         Maps camera coordinates to scene coordinates.
     """
     camera = frame.intrinsics
+    mask = np.ascontiguousarray(mask, dtype=bool)
     left, top, width, height = cv2.boundingRect(mask.view(np.uint8))
     origin = np.asarray(T_scene_camera.translation)
     if not width:

@@ -129,7 +129,7 @@ class Attempt:
     perceive_ms: float
     """Processor time of perception on one thread, ms."""
     plan_ms: float
-    """The same of planning."""
+    """Processor time of planning on one thread, ms."""
     objects_seen: int
     """Number of objects that were perceived."""
     heavy: bool

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+import numpy as np
+
 from eyehand.errors import InputError
 
 from .grasp import Grasp
@@ -79,5 +81,5 @@ class JawOptions:
             ("threads", 1, MAX_THREADS),
         ):
             value = getattr(self, name)
-            if not low <= value <= high:
+            if not isinstance(value, (int, np.integer)) or not low <= value <= high:
                 raise InputError(f"{name} must be from {low} to {high}, got {value}")

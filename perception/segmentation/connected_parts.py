@@ -53,7 +53,8 @@ def measure_parts(labels, count):
             if u < columns and labels[v, u] == label:
                 continue
             # The run of equal labels ends here.
-            sizes[label] += u - start
+            if label >= 0:
+                sizes[label] += u - start
             if label > 0:
                 box = boxes[label]
                 box[0] = min(box[0], v)

@@ -50,7 +50,7 @@ def find_support(
 ) -> SupportPlane | None:
     """Return the support plane of a frame, camera frame, or None if it shows none.
 
-    It equals the one of :func:`.segment`, and takes a third of the time.
+    The plane equals that of :func:`.segment`. It takes a third of the time.
 
     Parameters
     ----------

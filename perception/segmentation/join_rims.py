@@ -105,7 +105,10 @@ def _find_vessel(
     if opening is None:
         return None, []
     scale, heights = opening.rim.scale(points), (points - opening.rim.centre) @ opening.rim.opening
-    depth = -quantile(heights[scale < MAX_SCALE], LOW_QUANTILE)
+    near = heights[scale < MAX_SCALE]
+    if not len(near):
+        return None, []
+    depth = -quantile(near, LOW_QUANTILE)
     for inner, share in EMPTY:
         high = (scale < inner) & (heights > (share - 1.0) * depth)
         if np.count_nonzero(high) > MAX_FILLED * np.count_nonzero(scale < inner):

@@ -18,7 +18,7 @@ def median(values):
 
 @njit(cache=True, nogil=True)
 def quantile(values, share):
-    """Return a quantile of numbers (N,), N > 0, for a share from 0 to 1.
+    """Return a quantile of finite numbers (N,), N > 0, for a share from 0 to 1.
 
     The result equals the one of ``np.quantile`` for float64. For 300 numbers that function takes
     27 µs, and this one 3 µs.

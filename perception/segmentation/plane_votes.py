@@ -136,7 +136,8 @@ def facing_rays(readings, normal):
     a, b, c = normal[0], normal[1], normal[2]
     count = 0
     for i in range(len(points)):
-        if normals[i, 0] * a + normals[i, 1] * b + normals[i, 2] * c <= MIN_COSINE:
+        # A normal that is NaN faces no direction.
+        if not normals[i, 0] * a + normals[i, 1] * b + normals[i, 2] * c > MIN_COSINE:
             continue
         z = points[i, 2]
         rays[count, 0], rays[count, 1], depths[count] = points[i, 0] / z, points[i, 1] / z, z

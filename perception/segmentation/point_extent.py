@@ -10,8 +10,8 @@ from numba import njit
 def box_diagonal(points):
     """Return the diagonal of the bounding box of points (N, 3); 0 without points.
 
-    Nothing in the points is longer. Most regions are too short for a wall or a board, and need no
-    test that sorts their points or computes principal axes.
+    No distance between two points is larger. Most regions are too short for a wall or a board, and
+    need no test that sorts their points or computes principal axes.
     """
     if len(points) == 0:
         return 0.0

@@ -75,7 +75,7 @@ def levenberg_marquardt_from(
     iterations: int,
     tolerance: float = 1e-6,
 ) -> list[tuple[ShapeParameters, float]]:
-    """Minimise the cost from each of several starts; see :func:`levenberg_marquardt`.
+    """Return the end and its cost from each of several starts; see :func:`levenberg_marquardt`.
 
     The descents are one compiled call, so that other threads run meanwhile.
     """

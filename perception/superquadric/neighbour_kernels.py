@@ -22,7 +22,7 @@ def nearest_neighbours(points, queries, count):
     Parameters
     ----------
     points
-        (N, 3) finite points, N >= 1.
+        (N, 3) finite points.
     queries
         (Q, 3) finite places.
     count
@@ -31,12 +31,15 @@ def nearest_neighbours(points, queries, count):
     Returns
     -------
     distances, indices
-        (Q, count) float64 and int64. A point that is a query is its own neighbour.
+        (Q, count) float64 and int64. A point that is a query is its own neighbour. Without points,
+        or with a number that is not finite, all distances are infinite.
     """
-    axes, grid, starts, order, ordered = _fill_grid(points)
-    low_u, low_v, size, rows, columns = grid
     distances = np.full((len(queries), count), np.inf)
     indices = np.zeros((len(queries), count), dtype=np.int64)
+    if len(points) == 0 or not (np.isfinite(points).all() and np.isfinite(queries).all()):
+        return distances, indices
+    axes, grid, starts, order, ordered = _fill_grid(points)
+    low_u, low_v, size, rows, columns = grid
     for q in range(len(queries)):
         x, y, z = queries[q, axes[0]], queries[q, axes[1]], queries[q, axes[2]]
         best, found = distances[q], indices[q]

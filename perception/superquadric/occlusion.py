@@ -82,7 +82,7 @@ def occlusion_alternatives(
     for solid in fit.parts or (fit.superquadric,):
         view = _view(fit, solid, rays, observation, options)
         shape = view.shape
-        base = _Base(
+        base = _Unmoved(
             view.error(shape), view.hidden_count(shape), view.covered(shape), view.lowest(shape)
         )
         for axis in range(3):
@@ -135,8 +135,8 @@ class _View(NamedTuple):
         return plane_gap(self.plane, shape, tapered, np.empty(N_PARAMETERS), np.empty(3))
 
 
-class _Base(NamedTuple):
-    """What the view says of the solid before its sides move; see the methods of :class:`_View`."""
+class _Unmoved(NamedTuple):
+    """The measures of the solid before its sides move; see the methods of :class:`_View`."""
 
     error: float
     hidden_count: int
@@ -209,7 +209,7 @@ def _beyond_image(own: NDArray[np.float64], free_space: FreeSpace) -> NDArray[np
 
 
 def _ends(
-    view: _View, base: _Base, axis: int, outwards: NDArray[np.float64]
+    view: _View, base: _Unmoved, axis: int, outwards: NDArray[np.float64]
 ) -> list[CandidateSolid]:
     """Return the solids whose side along a direction (3,) ends last and first if hidden."""
     solid = view.selected.superquadric
@@ -251,10 +251,11 @@ def _with_extent(
     return shape._replace(log_axes=log_axes, centre=shape.centre + 0.5 * change * outwards)
 
 
-def _evidence(view: _View, base: _Base, shape: ShapeParameters, change: float) -> float | None:
+def _evidence(view: _View, base: _Unmoved, shape: ShapeParameters, change: float) -> float | None:
     """Return the evidence against a solid with a moved side; None if it is no alternative.
 
-    It is none if the hidden pixels hardly change, or the view or the points refute it.
+    A solid is no alternative if the hidden pixels hardly change, or the view or the points refute
+    it.
     """
     hidden = (view.hidden_count(shape) - base.hidden_count) * np.sign(change)
     if hidden < MIN_HIDDEN * view.object_rays:

@@ -23,3 +23,7 @@ def test_pair_completes_right_handed_frame(seed, axis):
     frame = np.column_stack([a, b, direction])
     assert np.allclose(frame.T @ frame, np.eye(3), atol=1e-12)
     assert np.isclose(np.linalg.det(frame), 1.0)
+
+
+def test_zero_direction_has_no_pair():
+    assert np.isnan(perpendicular_pair(np.zeros(3))).all()

@@ -55,6 +55,17 @@ def test_empty_mask_gives_no_rays():
     assert covered_share([ball(1.0)], free_space, 0.0) == 0.0
 
 
+@pytest.mark.parametrize("dtype", [np.uint8, np.int32, np.float64])
+def test_masks_of_numbers_equal_those_of_bool(dtype):
+    frame, truth = ball_frame([BALL])
+    one, other = (
+        view_free_space(mask, frame, RigidTransform.identity())
+        for mask in (truth == 1, (truth == 1).astype(dtype))
+    )
+    np.testing.assert_array_equal(one.rays, other.rays)
+    np.testing.assert_array_equal(one.on_object, other.on_object)
+
+
 def test_perceived_ball_covers_nothing():
     frame, _ = ball_frame([BALL])
     (item,) = perceive(frame).objects

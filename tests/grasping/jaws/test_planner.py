@@ -276,8 +276,9 @@ def test_options_are_checked():
         JawOptions(approaches=3)
     with pytest.raises(InputError, match="tested must be from 1 to 100000, got 0"):
         JawOptions(tested=0)
-    with pytest.raises(InputError, match="threads must be from 1 to 256, got 0"):
-        JawOptions(threads=0)
+    for threads in (0, 2.5):
+        with pytest.raises(InputError, match=f"threads must be from 1 to 256, got {threads}"):
+            JawOptions(threads=threads)  # pyright: ignore[reportArgumentType]
     with pytest.raises(InputError, match="guarded must be True or False, got 'no'"):
         JawOptions(guarded="no")  # pyright: ignore[reportArgumentType]
     with pytest.raises(InputError, match="failed must hold grasps of plan_grasps"):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
-from eyehand.perception.segmentation.connected_parts import connected_parts
+from eyehand.perception.segmentation.connected_parts import connected_parts, measure_parts
 
 
 @pytest.mark.parametrize("diagonal", [False, True])
@@ -25,3 +25,10 @@ def test_parts_equal_scipy(share, diagonal):
         rows, columns = box
         assert parts.boxes[label].tolist() == [rows.start, columns.start, rows.stop, columns.stop]
     assert parts.sizes[0] == np.count_nonzero(~mask)
+
+
+def test_negative_labels_are_no_parts():
+    labels = np.array([[-5, -5, 1], [2, -1, 1]], dtype=np.int32)
+    sizes, boxes = measure_parts(labels, 3)
+    assert sizes.tolist() == [0, 2, 1]
+    assert boxes[1:].tolist() == [[0, 2, 2, 3], [1, 0, 2, 1]]

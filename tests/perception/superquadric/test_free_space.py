@@ -164,3 +164,18 @@ def test_no_hole_without_a_reading_behind_the_object(inner_depth):
     assert closed.hole_share == 0.0
     assert "bent, branched" in check_covered_share(0.3, closed, 2)
     assert view(0.7).hole_share == 0.0
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_directions_without_information_equal_a_search_over_all_rays(seed):
+    rng = np.random.default_rng(seed)
+    on_object = rng.random(SIDE**2) < 0.7
+    free_space = view(rng.uniform(0.5, 0.9, SIDE**2), on_object)
+    directions = np.column_stack([rng.uniform(-0.3, 0.3, (200, 2)), np.ones(200)])
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    around = np.argsort(-directions @ free_space.rays.T, axis=1)[:, :4]
+    nearest = np.sum(directions * free_space.rays[around[:, 0]], axis=1)
+    hidden = nearest < np.cos(free_space.pitch)
+    hidden |= free_space.occluders[0][around].any(axis=1) | on_object[around].all(axis=1)
+    np.testing.assert_array_equal(free_space.hides(directions), hidden)
+    assert 0 < np.count_nonzero(hidden) < 200

@@ -8,6 +8,11 @@ from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.perception import FitOptions, Superquadric
 from eyehand.perception.superquadric import multi_start, sample_surface
+from eyehand.perception.superquadric.kinds import basis
+from eyehand.perception.superquadric.levenberg_marquardt import (
+    levenberg_marquardt,
+    levenberg_marquardt_from,
+)
 from eyehand.perception.superquadric.model_selection import COARSE_POINTS, COARSE_RAY_STEP
 from eyehand.perception.superquadric.multi_start import SAME_COST, Minimum, distinct
 from eyehand.perception.superquadric.outliers import remove_outliers
@@ -142,3 +147,22 @@ def test_minima_of_equal_cost_count_once():
     minima = [Minimum(guess, cost) for cost in (1.0, 1.0 + 0.5 * SAME_COST, 1.5, 2.0, 3.0)]
     assert [minimum.cost for minimum in distinct(minima, 3)] == [1.0, 1.5, 2.0]
     assert [minimum.cost for minimum in distinct(minima, 1)] == [1.0]
+
+
+@pytest.mark.parametrize("kind", ["box", "superquadric", "tapered"])
+def test_descents_in_one_call_equal_single_ones(kind):
+    guess = ShapeParameters(
+        np.log([0.03, 0.04, 0.06]), np.array([0.4, 0.8]), np.eye(3), np.array([0.0, 0.0, 0.1])
+    )
+    rng = np.random.default_rng(5)
+    points = sample_surface(make_solid(guess), 200, rng)
+    problem = build_problem(Observation(remove_outliers(points, VIEW), VIEW), OPTIONS)
+    starts = [start for box in starting_boxes(problem, False) for start in axis_permutations(box)]
+    bounds = parameter_bounds(kind, problem, OPTIONS)
+    ends = levenberg_marquardt_from(problem, starts, basis(kind), bounds, 6)
+    assert len(ends) == len(starts)
+    for start, (shape, cost) in zip(starts, ends, strict=True):
+        single, expected, _ = levenberg_marquardt(problem, start, basis(kind), bounds, 6)
+        assert cost == pytest.approx(expected, rel=1e-9)
+        for one, other in zip(shape, single, strict=True):
+            np.testing.assert_allclose(one, other, atol=1e-7)

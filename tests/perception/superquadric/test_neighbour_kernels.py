@@ -44,3 +44,13 @@ def test_points_on_a_grid_have_many_equal_distances(axes):
 def test_a_far_point_leaves_all_others_in_few_cells():
     points = np.concatenate([np.random.default_rng(0).normal(size=(500, 3)), [[1e6, 0.0, 0.0]]])
     assert_nearest(points, points, 7)
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf])
+def test_numbers_that_are_not_finite_have_no_neighbours(bad):
+    points = np.random.default_rng(1).normal(size=(60, 3))
+    wrong = np.where(np.arange(60)[:, None] == 7, bad, points)
+    for cloud, queries in ((wrong, points), (points, wrong), (points[:0], points)):
+        distances, indices = nearest_neighbours(cloud, queries, 3)
+        assert np.isinf(distances).all()
+        assert not indices.any()

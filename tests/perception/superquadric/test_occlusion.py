@@ -5,13 +5,24 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from scipy.spatial.transform import RigidTransform
+from scipy.spatial.transform import RigidTransform, Rotation
 from synthetic_solids import Box, solid_frame
 
-from eyehand.perception import DepthFrame, FitOptions, SuperquadricFit, SupportPlane, fit_region
-from eyehand.perception.superquadric.occlusion import occlusion_alternatives
+from eyehand.perception import (
+    DepthFrame,
+    FitOptions,
+    Superquadric,
+    SuperquadricFit,
+    SupportPlane,
+    fit_region,
+)
+from eyehand.perception.superquadric import sample_surface
+from eyehand.perception.superquadric.cost_kernels import distances
+from eyehand.perception.superquadric.free_space import solid_parameters
+from eyehand.perception.superquadric.occlusion import _with_extent, occlusion_alternatives
 from eyehand.perception.superquadric.outliers import FilteredCloud
 from eyehand.perception.superquadric.problem import Observation
+from eyehand.perception.superquadric.unseen_depth import with_depth
 
 NOISE = 0.0007
 """Noise of the readings, m."""
@@ -117,3 +128,15 @@ def test_every_part_may_end_later_behind_an_occluder():
     found = occlusion_alternatives(divided, view, FitOptions())
     reach = max(float(other.superquadric.support(SIDE)) for other in found)
     assert reach > float(parts[1].support(SIDE)) + 0.01
+
+
+@pytest.mark.parametrize("axis", range(3))
+@pytest.mark.parametrize("change", [-0.02, 0.05])
+def test_moved_side_equals_the_solid_of_another_depth(axis, change):
+    pose = RigidTransform.from_components([0.1, 0.2, 0.6], Rotation.from_rotvec([0.3, 0.2, 0.5]))
+    solid = Superquadric(np.array([0.03, 0.04, 0.05]), (0.4, 0.8), pose)
+    outwards = solid.rotation[:, axis]
+    moved = _with_extent(solid_parameters(solid), axis, outwards, change)
+    depth = 2.0 * float(solid.semi_axes[axis]) + change
+    points = sample_surface(with_depth(solid, axis, -outwards, depth), 50, np.random.default_rng(0))
+    np.testing.assert_allclose(distances(points, moved), 0.0, atol=1e-6)
