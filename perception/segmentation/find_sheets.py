@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .label_pixels import pixels_by_label
-from .point_extent import box_diagonal
+from .point_extent import box_diagonal, trimmed_range
 from .select_objects import sample_region
 from .working_image import WorkingImage
 
@@ -49,11 +49,11 @@ def _is_sheet(points: NDArray[np.float64], pixels: NDArray[np.int32], columns: i
     if box_diagonal(points) < MIN_LENGTH:
         return False
     centred = points - points.mean(axis=0)
-    along = np.sort(centred @ np.linalg.eigh(centred.T @ centred)[1], axis=0)
-    last = len(along) - 1
-    skipped = round(OUTLIERS * last)
+    _, axes = np.linalg.eigh(centred.T @ centred)
     # The axis of the greatest spread is the last one.
-    across, _, length = along[last - skipped] - along[skipped]
+    across, length = (
+        np.subtract(*trimmed_range(centred @ axes[:, k], OUTLIERS)[::-1]) for k in (0, 2)
+    )
     if length < MIN_LENGTH:
         return False
     if across <= MAX_THICKNESS * length:
